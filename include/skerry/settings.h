@@ -1,0 +1,82 @@
+// How a world behaves and what threads it uses.
+#pragma once
+
+#include <cstdint>
+
+#include <skerry/jobs/executor.h>
+#include <skerry/types.h>
+
+namespace skerry {
+
+using jobs::Affinity;
+using jobs::TaskPool;
+using jobs::WaitPolicy;
+
+// Who drives the step and who runs its stages.
+enum class ThreadingMode : std::uint8_t {
+  serial,                 // the caller does everything; the reference
+  dedicated_thread,       // a simulation thread at a fixed rate; the game sees snapshots
+  dedicated_thread_jobs,  // the same, its stages run by the job system
+  fork_join,              // the caller and workers, a barrier after each stage
+  job_system,             // a task graph; the caller may do other work meanwhile
+};
+
+// When the game asks a dedicated thread for a frame: whose turn is it to wait? (As the buffer and
+// blocking modes of Unreal's Chaos.)
+enum class BlockPolicy : std::uint8_t {
+  all,             // wait until every step that is due has been made
+  all_but_newest,  // wait for all but the newest step: at most one step behind
+  never,           // take what there is; steps that cannot be made in time are dropped
+};
+
+// Integrators of free flight (bodies with no contact and no joint in a step).
+enum class Integrator : std::uint8_t {
+  explicit_euler,
+  semi_implicit_euler,
+  velocity_verlet,
+  rk4,
+  exact,  // exact parabola; torque-free rotation from the conserved angular momentum
+};
+
+enum class BroadphaseKind : std::uint8_t { tree, sweep_and_prune, fcl };
+
+struct SolverSettings {
+  int substeps = 4;
+  double contact_hertz = 30;          // stiffness of soft contacts, capped at a quarter of the
+                                      // substep rate
+  double contact_damping_ratio = 10;
+  double max_push_velocity = 3;       // m/s: fastest recovery from penetration
+  double restitution_threshold = 0.2; // m/s: slower impacts do not bounce
+  double joint_hertz = 60;
+  double joint_damping_ratio = 2;
+};
+
+struct SleepSettings {
+  bool enabled = true;
+  double linear_threshold = 0.05;   // m/s
+  double angular_threshold = 0.05;  // rad/s
+  double time = 0.5;                // s below both before an island sleeps
+};
+
+struct WorldSettings {
+  Vec3 gravity = {0, -9.81, 0};  // m/s^2
+  ThreadingMode mode = ThreadingMode::serial;
+  int workers = 0;           // threads that run the step; see jobs::ExecutorSettings
+  TaskPool* pool = nullptr;  // for job_system: run on the host's pool instead of our own threads
+  double rate_hz = 60;       // of the dedicated thread
+  BlockPolicy block_policy = BlockPolicy::all_but_newest;
+  WaitPolicy wait = {};
+  Affinity affinity = Affinity::none;
+  SolverSettings solver = {};
+  SleepSettings sleep = {};
+  Integrator integrator = Integrator::exact;
+  BroadphaseKind broadphase = BroadphaseKind::tree;
+  bool record_tasks = false;  // keep every task of the last step for World::last_tasks()
+};
+
+const char* to_string(ThreadingMode mode);
+const char* to_string(BlockPolicy policy);
+const char* to_string(Integrator integrator);
+const char* to_string(BroadphaseKind kind);
+
+}  // namespace skerry

@@ -1,0 +1,5 @@
+// Everything an embedder needs.
+#pragma once
+
+#include <skerry/jobs.h>
+#include <skerry/world.h>

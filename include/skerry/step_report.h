@@ -1,0 +1,58 @@
+// What World::step() says about the step it made.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skerry {
+
+struct StageTime {
+  const char* name = "";
+  double wall_ms = 0;  // first task entered to last task left
+  double cpu_ms = 0;   // sum over tasks
+  std::uint32_t tasks = 0;
+};
+
+struct StepReport {
+  static constexpr std::size_t kMaxStages = 24;
+
+  std::uint64_t step = 0;  // 1 for the first
+  double dt = 0;           // s
+  double time = 0;         // s, after the step
+
+  double step_ms = 0;      // wall clock
+  double blocked_ms = 0;   // the caller waited with nothing to run
+  double helped_ms = 0;    // the caller ran stages
+  std::array<StageTime, kMaxStages> stage_storage = {};
+  std::uint32_t stage_count = 0;
+  std::span<const StageTime> stages() const { return {stage_storage.data(), stage_count}; }
+
+  std::uint32_t bodies = 0;
+  std::uint32_t awake_bodies = 0;
+  std::uint32_t shapes = 0;
+  std::uint32_t joints = 0;
+  std::uint32_t pairs = 0;           // from the broadphase
+  std::uint32_t contacts = 0;        // manifolds with at least one point
+  std::uint32_t contact_points = 0;
+  std::uint32_t islands = 0;         // awake, of two bodies or one with a contact or joint
+  std::uint32_t largest_island = 0;  // bodies
+  std::uint32_t fallback_pairs = 0;  // narrowphase pairs that went through FCL
+
+  // Trouble that did not stop the step, with the setting to change or the body that was set aside.
+  std::vector<std::string> warnings;
+};
+
+// Sums over the world, on request (World::measure).
+struct Measures {
+  double kinetic_energy = 0;      // J
+  double potential_energy = 0;    // J, of uniform gravity, zero at the origin
+  std::array<double, 3> momentum = {};          // kg m/s
+  std::array<double, 3> angular_momentum = {};  // kg m^2/s about the origin
+  double penetration_mean = 0;    // m, over touching contact points
+  double penetration_max = 0;     // m
+};
+
+}  // namespace skerry
