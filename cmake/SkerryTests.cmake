@@ -1,0 +1,36 @@
+# skerry_add_tests(core [LIBS ...]): program skerry_test_core from the *.cpp beside it.
+function(skerry_add_tests FOLDER)
+  cmake_parse_arguments(PARSE_ARGV 1 TEST "" "TIMEOUT" "LIBS;EXCLUDE_SOURCES")
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 60)
+  endif()
+  skerry_glob_sources(sources)
+  if(FOLDER STREQUAL "support")
+    list(FILTER sources INCLUDE REGEX "_test\\.cpp$")
+  endif()
+  if(NOT sources)
+    return()
+  endif()
+  set(target skerry_test_${FOLDER})
+  add_executable(${target} ${sources})
+  target_link_libraries(${target} PRIVATE skerry_test_support skerry_scenes ${TEST_LIBS}
+                        GTest::gmock GTest::gtest_main Threads::Threads)
+  if(SKERRY_PCH)
+    target_precompile_headers(${target} PRIVATE <Eigen/Geometry> <gtest/gtest.h> <string> <vector>)
+  endif()
+
+  set(tsan "*StdThread*:*std_thread*")
+  set(stress "*Stress*:*stress*")
+  skerry_discover(${target} "-${tsan}:${stress}" ${TEST_TIMEOUT} "${FOLDER}")
+  skerry_discover(${target} "${tsan}" ${TEST_TIMEOUT} "${FOLDER}-tsan")
+  math(EXPR stress_timeout "${TEST_TIMEOUT} * 5")
+  skerry_discover(${target} "${stress}-${tsan}" ${stress_timeout} "${FOLDER}-stress")
+endfunction()
+
+function(skerry_discover TARGET FILTER TIMEOUT LABELS)
+  math(EXPR timeout "${TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
+  gtest_discover_tests(${TARGET}
+    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
+    PROPERTIES TIMEOUT ${timeout} LABELS "${LABELS}")
+endfunction()
