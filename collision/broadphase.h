@@ -1,0 +1,56 @@
+// Broadphase: which colliders may touch. Keeps the pair list of ContactTable, in (a, b) order.
+#pragma once
+
+#include <memory>
+
+#include <skerry/settings.h>
+
+#include "collision/bounds.h"
+
+namespace skerry::collision {
+
+// How far a pair may be apart and still get a manifold, beside what its velocity adds.
+inline constexpr float kSpeculativeDistance = 0.005f;  // m
+
+// The three kinds (our tree, sweep and prune, FCL's manager) differ in how they find pairs and in
+// nothing else: the pair list after merge_pairs is "all pairs of fat boxes that overlap, whose
+// filters meet, of different bodies, at least one of them dynamic or a sensor's, not joined" -
+// the same list whatever the kind.
+class Broadphase {
+ public:
+  virtual ~Broadphase() = default;
+
+  // Between steps. A collider is in from add to remove; `touch` gives it new bounds at its body's
+  // present pose (teleport, type change) and marks it moved.
+  virtual void add(const core::Bodies& bodies, const core::Colliders& colliders,
+                   ColliderIndex collider) = 0;
+  virtual void remove(ColliderIndex collider) = 0;
+  virtual void touch(const core::Bodies& bodies, const core::Colliders& colliders,
+                     ColliderIndex collider) = 0;
+
+  // Fat box of a collider.
+  virtual const Aabb& fat_bounds(ColliderIndex collider) const = 0;
+
+  // -- Stages; see the functions below.
+  virtual void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) = 0;
+  virtual void refit(const StepContext& step, Task& task) = 0;
+  virtual std::uint32_t moved_count() const = 0;
+  virtual void query_pairs(const StepContext& step, IndexRange moved, Task& task) = 0;
+  virtual void merge_pairs(const StepContext& step) = 0;
+};
+
+std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind);
+
+// Removes all pairs of a collider from the table (it is being removed). Touching ones go to
+// ContactTable::ended, so that their "end" events come with the next step.
+void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider);
+
+// Stages. refit_broadphase, once: gathers the moved colliders in ascending order and updates the
+// structure. query_pairs, per moved collider: finds partners. merge_pairs, once: brings
+// ContactTable::pairs up to date (new pairs in, pairs whose fat boxes parted out), keeps manifolds
+// of persisting pairs, and fills ContactTable::active.
+void refit_broadphase(const StepContext& step, IndexRange, Task& task);
+void query_pairs(const StepContext& step, IndexRange moved, Task& task);
+void merge_pairs(const StepContext& step, IndexRange, Task& task);
+
+}  // namespace skerry::collision

@@ -1,0 +1,69 @@
+// Pairs of colliders whose bounds overlap, and their contact manifolds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/bodies.h"
+#include "core/vec.h"
+
+namespace skerry::core {
+
+struct ManifoldPoint {
+  V3f position;          // m, world axes, from the centre of mass of body a; halfway between the
+                         // two surfaces
+  float separation;      // m along the normal, negative when penetrating
+  float normal_impulse;  // N s, of the last substep: warm start. Matched by feature from step to step
+  std::uint32_t feature; // which features touch; the same while the same features do
+};
+
+// Up to four points that share a normal.
+struct Manifold {
+  V3f normal{0, 0, 0};        // unit, world, from a to b
+  std::uint32_t point_count = 0;
+  ManifoldPoint points[4];
+  V3f friction_impulse{0, 0, 0};  // N s, world, on b: warm start
+  float twist_impulse = 0;        // N m s about the normal, on b
+  V3f rolling_impulse{0, 0, 0};   // N m s, world, on b
+  float total_impulse = 0;        // N s along the normal over the whole step, for events
+  float approach_speed = 0;       // m/s at the start of the step, for events and restitution
+};
+
+enum PairFlag : std::uint32_t {
+  kTouching = 1u << 0,     // a manifold has points, or a sensor overlaps
+  kWasTouching = 1u << 1,  // at the end of the last step
+  kSensorPair = 1u << 2,
+  kFallback = 1u << 3,     // the narrowphase went through FCL this step
+};
+
+// Manifolds per pair: one for convex pairs, up to this many (one per cluster of normals) if a mesh
+// takes part.
+inline constexpr std::uint32_t kMeshManifolds = 4;
+
+struct ContactPair {
+  ColliderIndex a = 0, b = 0;   // a < b
+  BodyIndex body_a = 0, body_b = 0;
+  std::uint32_t first_manifold = 0;  // into ContactTable::manifolds
+  std::uint16_t manifold_capacity = 1;
+  std::uint16_t manifold_count = 0;  // of those, how many have points
+  std::uint32_t flags = 0;
+  std::uint32_t cache = 0;  // narrowphase's own (separating axis, feature); survives steps
+
+  std::uint64_t key() const { return (std::uint64_t{a} << 32) | b; }
+};
+
+struct ContactTable {
+  std::vector<ContactPair> pairs;     // ascending key
+  std::vector<Manifold> manifolds;    // pool; a pair's manifolds are consecutive
+  std::vector<std::uint32_t> free_single;  // free rows of capacity 1
+  std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
+  std::vector<std::uint32_t> active;  // rows of pairs with an awake body; the narrowphase's items
+  // Pairs that vanished in this step while touching, for "end" events; ascending key.
+  std::vector<ContactPair> ended;
+};
+
+// Manifold pool.
+std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
+void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
+
+}  // namespace skerry::core
