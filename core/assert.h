@@ -1,4 +1,4 @@
-// Asserts with a sentence. On in builds with SKERRY_ASSERTS, nothing otherwise.
+// Asserts with a sentence. On in builds where SKERRY_ASSERTS is 1, nothing otherwise.
 #pragma once
 
 #include <cstdio>
