@@ -67,7 +67,9 @@ SceneDesc boxes_in_a_pit(std::uint64_t seed, double odd_layer_shift) {
 }  // namespace
 
 BodyDesc fixed_box(const Vec3& half_extents, const Vec3& position) {
-  return {.type = BodyType::fixed, .shapes = {Box{half_extents}}, .position = position,
+  return {.type = BodyType::fixed,
+          .shapes = {Box{half_extents}},
+          .position = position,
           .friction = 0.6};
 }
 

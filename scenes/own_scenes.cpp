@@ -16,10 +16,14 @@ BodyNumber add(SceneDesc& scene, BodyDesc body) {
 
 ShapeGeometry falling_shape(int kind) {
   switch (kind % 4) {
-    case 0: return Sphere{0.35};
-    case 1: return Box{{0.3, 0.25, 0.4}};
-    case 2: return Capsule{0.25, 0.3};
-    default: return ConvexHull{icosahedron(0.4)};
+    case 0:
+      return Sphere{0.35};
+    case 1:
+      return Box{{0.3, 0.25, 0.4}};
+    case 2:
+      return Capsule{0.25, 0.3};
+    default:
+      return ConvexHull{icosahedron(0.4)};
   }
 }
 
@@ -38,10 +42,8 @@ std::vector<BodyNumber> add_chain(SceneDesc& scene, const Vec3& start, int links
     const Vec3 anchor = start + Vec3(-kPitch * (i - 0.5), 0, 0);
     SceneJoint joint = {chain[i - 1], chain[i], BallJoint{.anchor = anchor}};
     if (i % 3 == 0) {
-      joint.joint = HingeJoint{.anchor = anchor,
-                               .axis = {0, 0, 1},
-                               .lower_angle = -kPi / 3,
-                               .upper_angle = kPi / 3};
+      joint.joint = HingeJoint{
+          .anchor = anchor, .axis = {0, 0, 1}, .lower_angle = -kPi / 3, .upper_angle = kPi / 3};
     }
     scene.joints.push_back(std::move(joint));
   }
@@ -49,7 +51,9 @@ std::vector<BodyNumber> add_chain(SceneDesc& scene, const Vec3& start, int links
 }
 
 BodyDesc fixed_bar(const Vec3& position) {  // a capsule along z
-  BodyDesc bar = {.type = BodyType::fixed, .shapes = {Capsule{0.2, 9}}, .position = position,
+  BodyDesc bar = {.type = BodyType::fixed,
+                  .shapes = {Capsule{0.2, 9}},
+                  .position = position,
                   .orientation = axis_angle({1, 0, 0}, kPi / 2)};
   return bar;
 }

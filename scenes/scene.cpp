@@ -7,9 +7,12 @@ namespace {
 
 const char* list_name(BuildError::Part part) {
   switch (part) {
-    case BuildError::Part::body: return "bodies";
-    case BuildError::Part::joint: return "joints";
-    case BuildError::Part::field: return "force_fields";
+    case BuildError::Part::body:
+      return "bodies";
+    case BuildError::Part::joint:
+      return "joints";
+    case BuildError::Part::field:
+      return "force_fields";
   }
   return "";
 }
@@ -116,9 +119,9 @@ BuiltScene build(const SceneDesc& scene, World& world) {
 
 std::size_t apply_events(const SceneDesc& scene, BuiltScene& built, World& world,
                          std::uint64_t step) {
-  const auto [first, last] = std::equal_range(
-      scene.events.begin(), scene.events.end(), SceneEvent{step, RemoveEvent{}},
-      [](const SceneEvent& a, const SceneEvent& b) { return a.step < b.step; });
+  const auto [first, last] =
+      std::equal_range(scene.events.begin(), scene.events.end(), SceneEvent{step, RemoveEvent{}},
+                       [](const SceneEvent& a, const SceneEvent& b) { return a.step < b.step; });
   std::for_each(first, last, [&](const SceneEvent& event) { apply(event, built, world); });
   return static_cast<std::size_t>(last - first);
 }

@@ -21,8 +21,8 @@ struct SceneDefaults {
   Vec3 gravity = {0, -10, 0};  // m/s^2
   double dt = 1.0 / 60;        // s
   int substeps = 4;
-  std::uint64_t steps = 300;   // timed
-  std::uint64_t warmup = 0;    // simulated before them
+  std::uint64_t steps = 300;  // timed
+  std::uint64_t warmup = 0;   // simulated before them
   bool sleep = true;
 };
 
