@@ -267,12 +267,6 @@ void for_each_collider(const WorldData& world, BodyIndex body, Visit visit) {
   }
 }
 
-void touch_colliders(WorldData& world, BodyIndex body) {
-  for_each_collider(world, body, [&](ColliderIndex c) {
-    world.broadphase->touch(world.bodies, world.colliders, c);
-  });
-}
-
 // Whoever rests on this body must notice that it goes or jumps.
 void wake_neighbours(WorldData& world, BodyIndex body) {
   for (const core::ContactPair& pair : world.contacts.pairs) {
@@ -305,6 +299,16 @@ void require(const WorldData& world, BodyId body) {
 void wake(WorldData& world, BodyIndex body) {
   if (!world.bodies.is(body, core::kDynamic)) return;
   solver::wake_island(world.bodies, world.sleepers, body);
+}
+
+void wake_all(WorldData& world) {
+  for (BodyIndex body = 0; body < world.bodies.rows(); ++body) wake(world, body);
+}
+
+void touch_all_colliders(WorldData& world, BodyIndex body) {
+  for_each_collider(world, body, [&](ColliderIndex c) {
+    world.broadphase->touch(world.bodies, world.colliders, c);
+  });
 }
 
 BodyId add_body(WorldData& world, const BodyDesc& body) {
@@ -370,7 +374,7 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
   core::set_motion(bodies, body.index, bodies.motion[body.index].linear,
                    bodies.motion[body.index].angular);
   wake(world, body.index);
-  touch_colliders(world, body.index);
+  touch_all_colliders(world, body.index);
   if (!world.rows_stale) world.transforms[world.row_of[body.index]] = pose;
 }
 
@@ -385,6 +389,20 @@ void set_velocity(WorldData& world, BodyId body, const Vec3& linear, const Vec3&
   wake(world, body.index);
   core::set_motion(world.bodies, body.index, linear, angular);
   refresh_kinematic_awake(world, body.index);
+}
+
+void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt) {
+  require(world, body);
+  check_pose("target", target);
+  if (!world.bodies.is(body.index, core::kKinematic)) {
+    throw UsageError("body " + std::to_string(body.index) + " is not kinematic");
+  }
+  const core::BodyPose& now = world.bodies.pose[body.index];
+  const core::BodyPose goal =
+      core::center_frame({target.position, target.orientation.normalized()},
+                         world.bodies.mass[body.index].local_center);
+  set_velocity(world, body, (goal.center - now.center) / dt,
+               core::rotation_between(now.orientation, goal.orientation) / dt);
 }
 
 void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& torque) {

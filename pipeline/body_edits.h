@@ -15,6 +15,7 @@ void remove_body(WorldData& world, BodyId body);
 
 void set_pose(WorldData& world, BodyId body, const Pose& pose);
 void set_velocity(WorldData& world, BodyId body, const Vec3& linear, const Vec3& angular);
+void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt);
 void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& torque);
 void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec3& offset);
 
@@ -27,5 +28,10 @@ void require(const WorldData& world, JointId joint);
 
 // Wakes a body, with its island.
 void wake(WorldData& world, core::BodyIndex body);
+// Something that acts everywhere has changed.
+void wake_all(WorldData& world);
+
+// Has the broadphase judge all pairs of a body anew in the next step.
+void touch_all_colliders(WorldData& world, core::BodyIndex body);
 
 }  // namespace skerry::pipeline
