@@ -19,9 +19,8 @@ Vec3 vector(const V3d& v) { return {v.x, v.y, v.z}; }
 // R A R^T for symmetric A, exactly symmetric.
 Mat3 rotated(const Mat3& a, const M3d& r) {
   const V3d row[3] = {{r.c0.x, r.c1.x, r.c2.x}, {r.c0.y, r.c1.y, r.c2.y}, {r.c0.z, r.c1.z, r.c2.z}};
-  const V3d column[3] = {{a(0, 0), a(1, 0), a(2, 0)},
-                         {a(0, 1), a(1, 1), a(2, 1)},
-                         {a(0, 2), a(1, 2), a(2, 2)}};
+  const V3d column[3] = {
+      {a(0, 0), a(1, 0), a(2, 0)}, {a(0, 1), a(1, 1), a(2, 1)}, {a(0, 2), a(1, 2), a(2, 2)}};
   Mat3 out;
   for (int i = 0; i < 3; ++i) {
     const V3d ra = {dot(row[i], column[0]), dot(row[i], column[1]), dot(row[i], column[2])};
@@ -134,7 +133,8 @@ void refresh_awake(Bodies& bodies) {
   bodies.awake.clear();
   for (BodyIndex body = 0; body < bodies.rows(); ++body) {
     const std::uint32_t flags = bodies.flags[body];
-    if ((flags & (kAlive | kAwake | kQuarantined)) == (kAlive | kAwake)) bodies.awake.push_back(body);
+    if ((flags & (kAlive | kAwake | kQuarantined)) == (kAlive | kAwake))
+      bodies.awake.push_back(body);
   }
   bodies.awake_stale = false;
 }

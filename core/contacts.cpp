@@ -7,7 +7,8 @@
 namespace skerry::core {
 namespace {
 std::vector<std::uint32_t>& free_list(ContactTable& table, std::uint32_t capacity) {
-  SKERRY_ASSERT(capacity == 1 || capacity == kMeshManifolds, "no pool of manifolds of this capacity");
+  SKERRY_ASSERT(capacity == 1 || capacity == kMeshManifolds,
+                "no pool of manifolds of this capacity");
   return capacity == 1 ? table.free_single : table.free_mesh;
 }
 }  // namespace

@@ -37,8 +37,8 @@ struct VolumeIntegrals {
     const Vec3 sum = a + b + c;
     volume += six_volume / 6;
     first += (six_volume / 24) * sum;
-    second += (six_volume / 120) * (sum * sum.transpose() + a * a.transpose() +
-                                    b * b.transpose() + c * c.transpose());
+    second += (six_volume / 120) *
+              (sum * sum.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
   }
 };
 
@@ -79,8 +79,8 @@ MassProperties solid_capsule(double radius, double half_height, double density) 
   const double middle = 2 * kPi * r2 * half_height * density;
   const double caps = 4.0 / 3.0 * kPi * r2 * radius * density;  // both
   // A cap's centre of mass lies 3/8 r beyond the disc that cuts it off.
-  const double across = middle * (h2 / 3 + r2 / 4) +
-                        caps * (0.4 * r2 + h2 + 0.75 * half_height * radius);
+  const double across =
+      middle * (h2 / 3 + r2 / 4) + caps * (0.4 * r2 + h2 + 0.75 * half_height * radius);
   const double along = middle * r2 / 2 + caps * 0.4 * r2;
   return diagonal(middle + caps, across, along, across);
 }
@@ -136,8 +136,9 @@ MassProperties point_masses(std::span<const PointMass> points) {
 
 MassProperties placed(const MassProperties& part, const Pose& pose) {
   const Mat3 rotation = pose.orientation.toRotationMatrix();
+  const Mat3 inertia = rotation * part.inertia * rotation.transpose();
   return {part.mass, rotation * part.center + pose.position,
-          rotation * part.inertia * rotation.transpose()};
+          (inertia + inertia.transpose()) / 2};  // exactly symmetric
 }
 
 MassProperties combined(std::span<const MassProperties> parts) {
@@ -169,8 +170,7 @@ bool is_physical_inertia(const Mat3& inertia) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia, Eigen::EigenvaluesOnly);
   if (solver.info() != Eigen::Success) return false;
   const Vec3 moment = solver.eigenvalues();  // ascending
-  return moment[0] > kRounding * moment[2] &&
-         moment[0] + moment[1] >= moment[2] * (1 - kSlack);
+  return moment[0] > kRounding * moment[2] && moment[0] + moment[1] >= moment[2] * (1 - kSlack);
 }
 
 }  // namespace skerry::core

@@ -46,6 +46,7 @@ void apply_commands(WorldData& world, jobs::IndexRange, jobs::Task&) {
   }
   world.applying.clear();
   core::refresh_awake(world.bodies);
+  refresh_rows(world);
 }
 
 }  // namespace skerry::pipeline

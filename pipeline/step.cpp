@@ -83,7 +83,7 @@ jobs::TaskGraph describe_step() {
 
   // clang-format off
   //    name                once per             kernel                              reads                                          writes
-  stage("apply_commands",   Per::step,           own<apply_commands>,                {inbox},                                       {poses, velocities, forces, masses, shapes, bounds, tree, pairs, contacts, joints, awake_set});
+  stage("apply_commands",   Per::step,           own<apply_commands>,                {inbox},                                       {poses, velocities, forces, masses, shapes, bounds, tree, pairs, contacts, joints, awake_set, transforms});
   stage("update_bounds",    Per::body,           room<collision::update_bounds>,     {poses, velocities, shapes, awake_set},        {bounds});
   stage("refit_broadphase", Per::step,           room<collision::refit_broadphase>,  {bounds, shapes},                              {tree});
   stage("query_pairs",      Per::moved_collider, room<collision::query_pairs>,       {bounds, tree, shapes, joints},                {candidates});

@@ -1,7 +1,14 @@
 #include "pipeline/threading_mode.h"
 
+#include <utility>
+
 namespace skerry::pipeline {
 namespace {
+
+ExecutorOverride::Factory& override_factory() {
+  static ExecutorOverride::Factory factory;
+  return factory;
+}
 
 jobs::ExecutorKind executor_kind(const WorldSettings& settings) {
   switch (settings.mode) {
@@ -21,10 +28,14 @@ bool has_simulation_thread(ThreadingMode mode) {
 }
 
 std::unique_ptr<jobs::Executor> make_step_executor(const WorldSettings& settings) {
+  if (const auto& factory = override_factory()) return factory(settings);
   return jobs::make_executor(executor_kind(settings), {.workers = settings.workers,
                                                        .wait = settings.wait,
                                                        .affinity = settings.affinity,
                                                        .pool = settings.pool});
 }
+
+ExecutorOverride::ExecutorOverride(Factory factory) { override_factory() = std::move(factory); }
+ExecutorOverride::~ExecutorOverride() { override_factory() = nullptr; }
 
 }  // namespace skerry::pipeline

@@ -92,7 +92,6 @@ World::Impl::~Impl() {
 }
 
 void World::Impl::begin(double dt) {
-  pipeline::refresh_rows(*this);
   report.warnings.clear();
   context.dt = dt;
   context.time = time;
