@@ -1,0 +1,30 @@
+#include "pipeline/threading_mode.h"
+
+namespace skerry::pipeline {
+namespace {
+
+jobs::ExecutorKind executor_kind(const WorldSettings& settings) {
+  switch (settings.mode) {
+    case ThreadingMode::serial:
+    case ThreadingMode::dedicated_thread: return jobs::ExecutorKind::serial;
+    case ThreadingMode::fork_join: return jobs::ExecutorKind::fork_join;
+    case ThreadingMode::dedicated_thread_jobs:
+    case ThreadingMode::job_system: break;
+  }
+  return settings.pool ? jobs::ExecutorKind::host_pool : jobs::ExecutorKind::job_system;
+}
+
+}  // namespace
+
+bool has_simulation_thread(ThreadingMode mode) {
+  return mode == ThreadingMode::dedicated_thread || mode == ThreadingMode::dedicated_thread_jobs;
+}
+
+std::unique_ptr<jobs::Executor> make_step_executor(const WorldSettings& settings) {
+  return jobs::make_executor(executor_kind(settings), {.workers = settings.workers,
+                                                       .wait = settings.wait,
+                                                       .affinity = settings.affinity,
+                                                       .pool = settings.pool});
+}
+
+}  // namespace skerry::pipeline
