@@ -77,6 +77,9 @@ class GraphRun final : private TeamHost {
   // thread that is inside already (returns at once). One call per invitation.
   void redeem_ticket(std::uint32_t preferred_index);
 
+  // Helpers that were invited and are not gone yet.
+  std::uint32_t tickets_out() const { return tickets_out_.load(std::memory_order_acquire); }
+
   // Invites helpers before there is work; they spin for up to 2 ms for a run to begin.
   void wake();
 

@@ -60,7 +60,7 @@ bool has_controller(const std::string& controllers, const std::string& name) {
   return ("," + controllers + ",").find("," + name + ",") != std::string::npos;
 }
 
-cpu_set_t to_set(const std::vector<int>& processors) {
+cpu_set_t to_set(std::span<const int> processors) {
   cpu_set_t set;
   CPU_ZERO(&set);
   for (const int processor : processors) CPU_SET(processor, &set);
@@ -135,7 +135,7 @@ int automatic_worker_count() {
 PinScope::PinScope(int processor) {
   if (processor < 0) return;
   if (sched_getaffinity(0, sizeof(before_), &before_) != 0) return;
-  const cpu_set_t one = to_set({processor});
+  const cpu_set_t one = to_set({&processor, 1});
   if (sched_setaffinity(0, sizeof(one), &one) != 0) return;
   pinned_ = true;
   if (!t_before_pins) {
@@ -150,13 +150,13 @@ PinScope::~PinScope() {
   if (outermost_) t_before_pins = nullptr;
 }
 
-void settle_thread(int processor, const std::vector<int>& allowed) {
+void settle_thread(int processor, std::span<const int> allowed) {
   if (t_settled_on == processor) return;
-  set_affinity(processor < 0 ? allowed : std::vector<int>{processor});
+  set_affinity(processor < 0 ? allowed : std::span<const int>(&processor, 1));
   t_settled_on = processor;
 }
 
-void set_affinity(const std::vector<int>& processors) {
+void set_affinity(std::span<const int> processors) {
   const cpu_set_t set = to_set(processors);
   sched_setaffinity(0, sizeof(set), &set);  // a hint: where it is refused, threads run anywhere
 }

@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace skerry::jobs {
@@ -38,10 +39,10 @@ class PinScope {
 
 // Pins the calling thread, which we do not own, until the next call: no system call if it is there
 // already. -1: wherever `allowed` permits, if a pin of ours is to be undone.
-void settle_thread(int processor, const std::vector<int>& allowed);
+void settle_thread(int processor, std::span<const int> allowed);
 
 // The affinity of a thread of ours, right after it began. A thread inherits the mask of the one
 // that starts it, which may be pinned.
-void set_affinity(const std::vector<int>& processors);
+void set_affinity(std::span<const int> processors);
 
 }  // namespace skerry::jobs

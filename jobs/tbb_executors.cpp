@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/clock.h"
 #include "jobs/ticket_executor.h"
 
 namespace skerry::jobs {
@@ -60,6 +61,13 @@ class TbbHelpers final : public Helpers {
              std::vector<int> processors)
       : home_(std::make_shared<Home>(Home{run, settings.affinity == Affinity::spread, processors})),
         arena_(run->workers(), settings, std::move(processors)) {}
+
+  // Late tickets are harmless, but better behind us: a host may unload this code, and a hundred
+  // dead arenas would keep oneTBB's workers busy. Where no worker comes we do not insist.
+  ~TbbHelpers() override {
+    const std::int64_t deadline = core::now_ns() + 100'000'000;
+    while (home_->run->tickets_out() > 0 && core::now_ns() < deadline) std::this_thread::yield();
+  }
 
   std::uint32_t invite(std::uint32_t count, const char*) noexcept override {
     for (std::uint32_t i = 0; i < count; ++i) {

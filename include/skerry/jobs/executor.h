@@ -95,6 +95,7 @@ class Executor {
   // run while it waits.
   virtual void begin(const TaskGraph& graph, void* context, const RunOptions& options = {}) = 0;
   virtual void end() = 0;
+  void begin(TaskGraph&&, void*, const RunOptions& = {}) = delete;  // it would not live that long
 
   // Upper bound of worker indices that tasks see (>= 1).
   virtual std::uint32_t worker_count() const = 0;
