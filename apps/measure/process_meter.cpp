@@ -1,10 +1,10 @@
 #include "apps/measure/process_meter.h"
 
 #include <sys/resource.h>
-#include <time.h>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <new>
 
 namespace {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/measure/machine_load.h"
 #include "apps/skerry/arguments.h"
 #include "apps/skerry/commands.h"
 #include "apps/skerry/json_output.h"
@@ -24,6 +25,9 @@ struct CompareArguments {
 
 // One of each kind: nothing to do, many islands, one flat island, one deep island.
 const std::vector<std::string> kDefaultScenes = {"tiny", "islands", "many_pyramids", "box_bricks"};
+
+// More of the machine than this in other hands shows in the figures.
+constexpr double kDisturbing = 0.03;
 
 std::string verdict_word(const measure::ThroughputRow& row) {
   if (!row.first_difference) return "equal";
@@ -112,6 +116,7 @@ int compare(const CompareArguments& arguments) {
   fmt::print("{}, {} cores, {}, {}, {}\n", machine.cpu, machine.cores, machine.simd,
              machine.compiler, machine.commit);
   const InterruptGuard guard;
+  const measure::MachineLoad load;
   measure::HostWork host;
   host.calibrate();
   Json results = {{"format", "skerry-compare"},  {"version", 1},
@@ -131,6 +136,13 @@ int compare(const CompareArguments& arguments) {
   }
   results["interrupted"] = InterruptGuard::interrupted();
   results["equal"] = equal;
+  results["other_load"] = load.others_share();
+  if (load.others_share() > kDisturbing) {
+    fmt::print(
+        "\nThe machine was not idle: other programs (or the hypervisor) took {:.0f} % of its "
+        "processor time; figures are less certain.\n",
+        100 * load.others_share());
+  }
   if (!arguments.directory.empty()) {
     const auto file = (std::filesystem::path(arguments.directory) / "results.json").string();
     write_text(file, results.dump(2) + "\n");
