@@ -185,28 +185,35 @@ struct ContactWorld {
     const bool flip = pair.body_a != below;
     const Vec3 n = flip ? Vec3(-normal) : normal;
     const Vec3 center = bodies.pose[pair.body_a].center;
-    if (found_.size() != manifold.point_count) {
-      manifold.friction_impulse = {0, 0, 0};
-      for (auto& point : manifold.points) point.normal_impulse = 0;
-    }
+    const core::Manifold old = manifold;
+    if (found_.empty()) manifold = {};
     manifold.normal = core::to_float(n);
     manifold.point_count = static_cast<std::uint32_t>(found_.size());
     for (std::size_t k = 0; k < found_.size(); ++k) {
-      manifold.points[k].position = core::to_float(Vec3(found_[k].first - center));
-      manifold.points[k].separation = static_cast<float>(found_[k].second);
+      core::ManifoldPoint& point = manifold.points[k];
+      point.position = core::to_float(Vec3(found_[k].first - center));
+      point.separation = static_cast<float>(found_[k].second);
+      point.normal_impulse = old_impulse(old, point.position);
     }
     const bool touching = !found_.empty();
     pair.manifold_count = touching;
     pair.flags = touching ? core::kTouching : 0u;
   }
 
-  void keep(const Vec3& p, const Vec3& q, double separation) {
-    if (found_.size() == 4 || separation > reach_) return;
-    const Vec3 middle = (p + q) / 2;
-    for (const auto& [other, depth] : found_) {  // the two ends of a corner cut off by a yaw
-      if ((other - middle).squaredNorm() < 0.01) return;
+  // That of the nearest point of the last step.
+  static float old_impulse(const core::Manifold& old, const core::V3f& position) {
+    float nearest = 0.04f, impulse = 0;
+    for (std::uint32_t i = 0; i < old.point_count; ++i) {
+      const core::V3f d = old.points[i].position - position;
+      if (dot(d, d) >= nearest) continue;
+      nearest = dot(d, d);
+      impulse = old.points[i].normal_impulse;
     }
-    found_.push_back({middle, separation});
+    return impulse;
+  }
+
+  void keep(const Vec3& p, const Vec3& q, double separation) {
+    if (separation < reach_) found_.push_back({(p + q) / 2, separation});
   }
 
   void meet_sphere(core::BodyIndex below, core::BodyIndex above, Vec3& normal) {
@@ -263,10 +270,30 @@ struct ContactWorld {
     for (const int axis : {0, 2}) {
       for (const double side : {-1.0, 1.0}) clip(face, r.col(axis) * side, c, h[axis]);
     }
-    for (const Vec3& v : face) {
+    for (const Vec3& v : corners(face, r)) {
       const double s = (v - c).dot(normal) - h.y();
       keep(v, v - normal * s, s);
     }
+  }
+
+  // The (at most four) points farthest along the diagonals of the lower face.
+  static Polygon corners(const Polygon& face, const Mat3& r) {
+    if (face.size() <= 4) return face;
+    std::array<std::size_t, 4> picked;
+    for (int k = 0; k < 4; ++k) {
+      const Vec3 along = r.col(0) * (k < 2 ? 1 : -1) + r.col(2) * (k % 2 == 0 ? 1 : -1);
+      std::size_t best = 0;
+      for (std::size_t i = 1; i < face.size(); ++i) {
+        if (face[i].dot(along) > face[best].dot(along)) best = i;
+      }
+      picked[k] = best;
+    }
+    std::sort(picked.begin(), picked.end());
+    Polygon four;
+    for (int k = 0; k < 4; ++k) {
+      if (k == 0 || picked[k] != picked[k - 1]) four.push_back(face[picked[k]]);
+    }
+    return four;
   }
 
   static void clip(Polygon& face, const Vec3& outward, const Vec3& center, double limit) {
