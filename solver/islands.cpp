@@ -1,6 +1,7 @@
 #include "solver/islands.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/assert.h"
 #include "solver/finalise.h"
