@@ -6,7 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include <hwy/highway.h>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 #include "collision/bounds.h"
 #include "collision/box_node.h"
@@ -14,23 +16,34 @@
 namespace skerry::collision {
 
 // Bit per lane whose box meets `box`; touching counts, empty lanes never meet.
+#if defined(__SSE2__)
 inline unsigned overlap_lanes(const BoxNode& node, const Aabb& box) {
-  namespace hn = hwy::HWY_NAMESPACE;
-  const hn::FixedTag<float, 4> four;
   unsigned lanes = 0;
   for (unsigned first = 0; first < BoxNode::kWidth; first += 4) {
-    auto hit = hn::Le(hn::Load(four, node.min[0] + first), hn::Set(four, box.max[0]));
-    hit = hn::And(hit, hn::Ge(hn::Load(four, node.max[0] + first), hn::Set(four, box.min[0])));
+    __m128 hit = _mm_cmple_ps(_mm_load_ps(node.min[0] + first), _mm_set1_ps(box.max[0]));
+    hit = _mm_and_ps(hit, _mm_cmpge_ps(_mm_load_ps(node.max[0] + first), _mm_set1_ps(box.min[0])));
     for (int axis = 1; axis < 3; ++axis) {
-      hit = hn::And(hit, hn::Le(hn::Load(four, node.min[axis] + first), hn::Set(four, box.max[axis])));
-      hit = hn::And(hit, hn::Ge(hn::Load(four, node.max[axis] + first), hn::Set(four, box.min[axis])));
+      const __m128 low = _mm_load_ps(node.min[axis] + first);
+      const __m128 high = _mm_load_ps(node.max[axis] + first);
+      hit = _mm_and_ps(hit, _mm_cmple_ps(low, _mm_set1_ps(box.max[axis])));
+      hit = _mm_and_ps(hit, _mm_cmpge_ps(high, _mm_set1_ps(box.min[axis])));
     }
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(four, hit, bits);
-    lanes |= unsigned{bits[0]} << first;
+    lanes |= static_cast<unsigned>(_mm_movemask_ps(hit)) << first;
   }
   return lanes;
 }
+#else
+inline unsigned overlap_lanes(const BoxNode& node, const Aabb& box) {
+  unsigned lanes = 0;
+  for (unsigned lane = 0; lane < BoxNode::kWidth; ++lane) {
+    bool hit = true;
+    for (int axis = 0; axis < 3; ++axis)
+      hit &= (node.min[axis][lane] <= box.max[axis]) & (node.max[axis][lane] >= box.min[axis]);
+    lanes |= unsigned{hit} << lane;
+  }
+  return lanes;
+}
+#endif
 
 struct Ray {
   float origin[3];

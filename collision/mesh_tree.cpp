@@ -9,8 +9,7 @@ namespace {
 template <class Test>
 void append_sorted(const MeshTree& tree, const Test& test, std::vector<std::uint32_t>& triangles) {
   const auto first = static_cast<std::ptrdiff_t>(triangles.size());
-  collision::walk(tree.nodes, test,
-                  [&](std::uint32_t triangle) { triangles.push_back(triangle); });
+  collision::walk(tree.nodes, test, [&](std::uint32_t triangle) { triangles.push_back(triangle); });
   std::sort(triangles.begin() + first, triangles.end());
 }
 }  // namespace

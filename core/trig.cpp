@@ -59,8 +59,8 @@ double cos_reduced(double x, double low) {
   return head + (((1 - head) - half) + (z * z * p - x * low));
 }
 
-// Arc tangent of x in [0, 1].
-double atan_unit(double x) {
+// Arc tangent of y/x for 0 <= y <= x, x > 0.
+double atan_octant(double y, double x) {
   struct Anchor {
     double x, high, low;
   };
@@ -69,8 +69,10 @@ double atan_unit(double x) {
                                          {0.5, 0x1.dac670561bb4fp-2, 0x1.a2b7f222f65e2p-56},
                                          {0.75, 0x1.4978fa3269ee1p-1, 0x1.2419a87f2a458p-56},
                                          {1, 0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55}};
-  const Anchor& anchor = kAnchors[static_cast<int>(x * 4 + 0.5)];
-  const double t = (x - anchor.x) / (1 + x * anchor.x);
+  if (std::isinf(x)) return std::isinf(y) ? kPi / 4 : 0;
+  const double scale = x > 0x1p1000 ? 0x1p-8 : 1;  // the sum below must not overflow
+  const Anchor& anchor = kAnchors[static_cast<int>(y / x * 4 + 0.5)];
+  const double t = (y * scale - x * scale * anchor.x) / (x * scale + y * scale * anchor.x);
   const double z = t * t;
   double p = 1 / 17.0;
   p = p * z - 1 / 15.0;
@@ -110,12 +112,10 @@ double atan2(double y, double x) {
   double angle;
   if (ay <= ax) {
     if (ax == 0) return y;
-    // Infinite both: the diagonal.
-    const double q = std::isinf(ay) ? 1 : ay / ax;
-    angle = atan_unit(q);
+    angle = atan_octant(ay, ax);
     if (x < 0) angle = kPi - (angle - kPiLow);
   } else {
-    const double side = atan_unit(ax / ay);
+    const double side = atan_octant(ax, ay);
     angle = x < 0 ? kPi / 2 + (side + kPiLow / 2) : kPi / 2 - (side - kPiLow / 2);
   }
   return std::copysign(angle, y);

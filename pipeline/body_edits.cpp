@@ -5,6 +5,7 @@
 
 #include "collision/geometry_build.h"
 #include "core/mass_properties.h"
+#include "core/trig.h"
 #include "pipeline/edge_checks.h"
 #include "pipeline/publish.h"
 #include "pipeline/world_data.h"
@@ -276,6 +277,15 @@ void wake_neighbours(WorldData& world, BodyIndex body) {
   }
 }
 
+// The turn from one orientation to another by the shorter way: unit axis times angle, world axes.
+Vec3 rotation_vector(const Quat& from, const Quat& to) {
+  Quat turn = to * from.conjugate();
+  if (turn.w() < 0) turn.coeffs() = -turn.coeffs();
+  const double sine = turn.vec().norm();
+  if (sine == 0) return Vec3::Zero();
+  return turn.vec() * (2 * core::trig::atan2(sine, turn.w()) / sine);
+}
+
 // A kinematic body is simulated while it has a velocity.
 void refresh_kinematic_awake(WorldData& world, BodyIndex body) {
   core::Bodies& bodies = world.bodies;
@@ -402,7 +412,7 @@ void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt
       core::center_frame({target.position, target.orientation.normalized()},
                          world.bodies.mass[body.index].local_center);
   set_velocity(world, body, (goal.center - now.center) / dt,
-               core::rotation_between(now.orientation, goal.orientation) / dt);
+               rotation_vector(now.orientation, goal.orientation) / dt);
 }
 
 void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& torque) {

@@ -8,7 +8,7 @@
 namespace skerry::scenes {
 
 BodyDesc fixed_box(const Vec3& half_extents, const Vec3& position);
-BodyDesc dynamic_body(ShapeGeometry shape, const Vec3& position, double density = 1000);
+BodyDesc dynamic_body(Shape shape, const Vec3& position, double density = 1000);
 
 // Static box with its top face at y = 0, half height 1.
 void add_floor(SceneDesc& scene, double half_x, double half_z);

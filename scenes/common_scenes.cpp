@@ -73,10 +73,8 @@ BodyDesc fixed_box(const Vec3& half_extents, const Vec3& position) {
           .friction = 0.6};
 }
 
-BodyDesc dynamic_body(ShapeGeometry shape, const Vec3& position, double density) {
-  BodyDesc body = {.position = position, .density = density, .friction = 0.6};
-  std::visit([&](auto& geometry) { body.shapes.emplace_back(std::move(geometry)); }, shape);
-  return body;
+BodyDesc dynamic_body(Shape shape, const Vec3& position, double density) {
+  return {.shapes = {std::move(shape)}, .position = position, .density = density, .friction = 0.6};
 }
 
 void add_floor(SceneDesc& scene, double half_x, double half_z) {

@@ -14,7 +14,7 @@ BodyNumber add(SceneDesc& scene, BodyDesc body) {
   return static_cast<BodyNumber>(scene.bodies.size() - 1);
 }
 
-ShapeGeometry falling_shape(int kind) {
+Shape falling_shape(int kind) {
   switch (kind % 4) {
     case 0:
       return Sphere{0.35};
@@ -68,8 +68,7 @@ SceneDesc make_tiny(std::uint64_t seed) {
   for (int i = 0; i < 20; ++i) {
     const Vec3 at = Vec3(1.1 * (i % 2), 0.6 + 1.1 * (i / 4), 1.1 * (i / 2 % 2));
     const Vec3 jitter = random.symmetric3({0.05, 0.05, 0.05});
-    const ShapeGeometry shape =
-        i % 5 == 4 ? ShapeGeometry(Sphere{0.5}) : ShapeGeometry(Box{Vec3::Constant(0.5)});
+    const Shape shape = i % 5 == 4 ? Shape(Sphere{0.5}) : Shape(Box{Vec3::Constant(0.5)});
     add(scene, dynamic_body(shape, at + jitter));
   }
   return scene;
@@ -142,15 +141,15 @@ SceneDesc make_gallery(std::uint64_t seed) {
   const auto ball = std::make_shared<const MeshData>(ball_mesh(0.45, 2));
   scene.meshes["ball"] = ball;
 
-  const ShapeGeometry shapes[] = {Sphere{0.45},
-                                  Sphere{0.45, true},
-                                  Capsule{0.3, 0.3},
-                                  Box{{0.4, 0.3, 0.5}},
-                                  Cylinder{0.4, 0.4},
-                                  Cone{0.45, 0.45},
-                                  Ellipsoid{{0.5, 0.3, 0.4}},
-                                  ConvexHull{icosahedron(0.5)},
-                                  TriangleMesh{ball}};
+  const Shape shapes[] = {Sphere{0.45},
+                          Sphere{0.45, true},
+                          Capsule{0.3, 0.3},
+                          Box{{0.4, 0.3, 0.5}},
+                          Cylinder{0.4, 0.4},
+                          Cone{0.45, 0.45},
+                          Ellipsoid{{0.5, 0.3, 0.4}},
+                          ConvexHull{icosahedron(0.5)},
+                          TriangleMesh{ball}};
   Lcg random(seed);
   constexpr int kColumns = 9;
   for (int i = 0; i < 4 * kColumns; ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <stop_token>
 #include <vector>
@@ -41,9 +42,9 @@ struct ExecutorSettings {
 
 struct StageTiming {
   const char* name = "";
-  std::int64_t begin_ns = 0;   // first kernel entered, monotonic clock
-  std::int64_t end_ns = 0;     // last kernel left
-  std::int64_t busy_ns = 0;    // sum over kernels: the stage's work
+  std::int64_t begin_ns = 0;  // first kernel entered, monotonic clock
+  std::int64_t end_ns = 0;    // last kernel left
+  std::int64_t busy_ns = 0;   // sum over kernels: the stage's work
   std::uint32_t items = 0;
   std::uint32_t tasks = 0;
 };
@@ -60,18 +61,19 @@ struct TaskRecord {
 
 // What one run took. Reused from run to run, so that a steady state allocates nothing.
 struct RunReport {
-  std::vector<StageTiming> stages;   // in graph order
+  std::vector<StageTiming> stages;  // in graph order
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
-  std::int64_t blocked_ns = 0;   // the caller had nothing to run (spinning included)
-  std::int64_t helped_ns = 0;    // the caller ran kernels
-  bool record_tasks = false;         // in: fill `tasks`
-  std::vector<TaskRecord> tasks;     // by begin time, per worker merged
+  std::int64_t blocked_ns = 0;    // the caller had nothing to run (spinning included)
+  std::int64_t helped_ns = 0;     // the caller ran kernels
+  bool record_tasks = false;      // in: fill `tasks`
+  std::vector<TaskRecord> tasks;  // by begin time, per worker merged
 };
 
 struct RunOptions {
-  std::stop_token stop = {};   // request_stop() makes the run throw Cancelled
+  std::stop_token stop = {};  // request_stop() makes the run throw Cancelled
   RunReport* report = nullptr;
+  const char* name = nullptr;  // what a host's pool sees; null: the stage that asks for help
 };
 
 class Cancelled : public std::exception {
@@ -93,6 +95,7 @@ class Executor {
   // run while it waits.
   virtual void begin(const TaskGraph& graph, void* context, const RunOptions& options = {}) = 0;
   virtual void end() = 0;
+  void begin(TaskGraph&&, void*, const RunOptions& = {}) = delete;  // it would not live that long
 
   // Upper bound of worker indices that tasks see (>= 1).
   virtual std::uint32_t worker_count() const = 0;

@@ -46,6 +46,7 @@ class Task {
 using Kernel = void (*)(void* context, IndexRange items, Task& task);
 
 // Number of items of a stage in this run; asked once all stages it depends on have finished.
+// Asked once per run; a chain of stages that follow each other per item asks its first stage only.
 using ItemCount = std::uint32_t (*)(void* context);
 
 // What the items of a stage are (bodies, pairs, island groups). Items of two stages with the same
@@ -54,12 +55,12 @@ using Domain = std::uint32_t;
 inline constexpr Domain kOnce = 0;
 
 struct Stage {
-  const char* name = "";       // static storage; the name in timers, traces and tables
+  const char* name = "";  // static storage; the name in timers, traces and tables
   Domain domain = kOnce;
   Kernel kernel = nullptr;
-  ItemCount count = nullptr;   // null for kOnce
-  std::uint32_t chunk = 1;     // items per task
-  std::uint64_t reads = 0;     // bit per kind of data
+  ItemCount count = nullptr;  // null for kOnce
+  std::uint32_t chunk = 1;    // items per task
+  std::uint64_t reads = 0;    // bit per kind of data
   std::uint64_t writes = 0;
 };
 
@@ -80,14 +81,40 @@ class TaskGraph {
   // True if stage `later` must wait for stage `earlier` (direct conflict).
   bool depends(std::uint32_t later, std::uint32_t earlier) const;
 
-  // True if stage `index` may follow its predecessor item by item with no barrier: same domain and
-  // chunk, all data they conflict over is partitioned by that domain, and every other stage it
-  // depends on is one the predecessor (or the chain it is in) waits for as well.
-  bool follows_per_item(std::uint32_t index) const;
+  // True if stage `index` may follow its predecessor (the latest stage it depends on) item by item
+  // with no barrier: same domain and chunk, all data they conflict over is partitioned by that
+  // domain, and every other stage it depends on is one the predecessor (or the chain it is in)
+  // waits for as well.
+  bool follows_per_item(std::uint32_t index) const { return links_[index].head != index; }
+
+  // What executors run from, derived as stages are added so that a run allocates nothing.
+  //
+  // A chain is a stage and all that follow it per item, in stage order; a task runs the whole chain
+  // for its items. Most chains are one stage long.
+  std::uint32_t chain_head(std::uint32_t index) const { return links_[index].head; }
+  std::span<const std::uint32_t> chain(std::uint32_t head) const { return links_[head].chain; }
+  // The chain heads that wait for stage `index`, less those that wait for it anyhow through another
+  // stage; and of how many such stages a head must wait for the end.
+  std::span<const std::uint32_t> successors(std::uint32_t index) const {
+    return links_[index].successors;
+  }
+  std::uint32_t wait_count(std::uint32_t head) const { return links_[head].wait_count; }
 
  private:
+  struct Links {
+    std::uint32_t head = 0;
+    std::uint32_t wait_count = 0;
+    std::vector<std::uint32_t> chain;
+    std::vector<std::uint32_t> successors;
+    std::vector<bool> ancestors;  // [earlier stage] over by the time this one is over
+  };
+  void link(std::uint32_t index);
+  bool may_follow(std::uint32_t index, const std::vector<std::uint32_t>& dependencies) const;
+  bool conflicts_stay_within_items(std::uint32_t later, std::uint32_t earlier) const;
+
   std::vector<Stage> stages_;
   std::vector<std::uint64_t> partitioned_;  // [domain] data bits
+  std::vector<Links> links_;                // [stage]
 };
 
 }  // namespace skerry::jobs

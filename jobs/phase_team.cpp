@@ -1,0 +1,226 @@
+#include "jobs/phase_team.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "jobs/spin.h"
+
+namespace skerry::jobs {
+namespace {
+
+// Even where the wait policy says to block at once: a phase takes microseconds, a sleep tens of them.
+constexpr std::int64_t kLeastPhaseSpinNs = 20'000;
+
+constexpr std::uint64_t pack(std::uint32_t next, std::uint32_t end) {
+  return std::uint64_t{end} << 32 | next;
+}
+constexpr std::uint32_t next_of(std::uint64_t blocks) { return std::uint32_t(blocks); }
+constexpr std::uint32_t end_of(std::uint64_t blocks) { return std::uint32_t(blocks >> 32); }
+
+bool is_empty(std::uint64_t blocks) { return next_of(blocks) >= end_of(blocks); }
+
+// The owner of a share takes its blocks from the front, others from the back.
+std::optional<std::uint32_t> take_front(std::atomic<std::uint64_t>& share) {
+  std::uint64_t blocks = share.load(std::memory_order_relaxed);
+  while (!is_empty(blocks)) {
+    const std::uint32_t next = next_of(blocks);
+    if (share.compare_exchange_weak(blocks, pack(next + 1, end_of(blocks)),
+                                    std::memory_order_acq_rel, std::memory_order_relaxed)) {
+      return next;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::uint32_t> take_back(std::atomic<std::uint64_t>& share) {
+  std::uint64_t blocks = share.load(std::memory_order_relaxed);
+  while (!is_empty(blocks)) {
+    const std::uint32_t last = end_of(blocks) - 1;
+    if (share.compare_exchange_weak(blocks, pack(next_of(blocks), last), std::memory_order_acq_rel,
+                                    std::memory_order_relaxed)) {
+      return last;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+PhaseTeam::PhaseTeam(std::uint32_t workers, std::int64_t spin_ns, TeamHost& host, EventCount& event,
+                     Recorder& recorder)
+    : shares_(std::min(workers, kMaxShares)),
+      spin_ns_(std::max(spin_ns, kLeastPhaseSpinNs)),
+      host_(host),
+      event_(event),
+      recorder_(recorder) {}
+
+void PhaseTeam::run(PhaseProgram& program, std::uint32_t worker, const ProgramOwner& owner) {
+  const auto taken = take_slot();
+  if (!taken) return run_alone(program, worker);
+
+  Slot& slot = slots_[*taken];
+  slot.program = &program;
+  slot.program_number = programs_started_.fetch_add(1, std::memory_order_relaxed) + 1;
+  slot.owner = owner;
+  slot.owner_worker = worker;
+  slot.interrupted = false;
+  slot.failed.store(false, std::memory_order_relaxed);
+  slot.failure = nullptr;
+  slot.over.store(false, std::memory_order_relaxed);
+  open_.fetch_or(1u << *taken, std::memory_order_release);
+
+  open_next(slot, 0);
+  while (!slot.over.load(std::memory_order_acquire)) {
+    if (!run_claimable(slot, worker)) wait_for_blocks_or_end(slot);
+  }
+
+  const std::exception_ptr failure = std::move(slot.failure);
+  const bool interrupted = slot.interrupted;
+  open_.fetch_and(~(1u << *taken), std::memory_order_release);
+  taken_.fetch_and(~(1u << *taken), std::memory_order_release);
+  if (failure) std::rethrow_exception(failure);
+  if (interrupted) throw Cancelled();
+}
+
+bool PhaseTeam::help(std::uint32_t worker) {
+  for (std::uint32_t open = open_.load(std::memory_order_acquire); open; open &= open - 1) {
+    if (run_claimable(slots_[std::countr_zero(open)], worker)) return true;
+  }
+  return false;
+}
+
+bool PhaseTeam::has_blocks() const {
+  for (std::uint32_t open = open_.load(std::memory_order_seq_cst); open; open &= open - 1) {
+    if (has_blocks(slots_[std::countr_zero(open)])) return true;
+  }
+  return false;
+}
+
+std::optional<std::uint32_t> PhaseTeam::take_slot() {
+  std::uint32_t taken = taken_.load(std::memory_order_relaxed);
+  while (taken != (1u << kSlots) - 1) {
+    const std::uint32_t slot = std::countr_one(taken);
+    if (taken_.compare_exchange_weak(taken, taken | 1u << slot, std::memory_order_acquire,
+                                     std::memory_order_relaxed)) {
+      return slot;
+    }
+  }
+  return std::nullopt;
+}
+
+void PhaseTeam::run_alone(PhaseProgram& program, std::uint32_t worker) {
+  const std::uint32_t phases = program.phase_count();
+  for (std::uint32_t phase = 0; phase < phases; ++phase) {
+    if (host_.interrupted()) throw Cancelled();
+    const std::uint32_t blocks = program.block_count(phase);
+    for (std::uint32_t block = 0; block < blocks; ++block) program.run_block(phase, block, worker);
+  }
+}
+
+// Opens the first phase from `phase` on that has blocks, or ends the program.
+void PhaseTeam::open_next(Slot& slot, std::uint32_t phase) {
+  try {
+    if (phase == 0) slot.phase_count = slot.program->phase_count();
+    for (; phase < slot.phase_count; ++phase) {
+      if (slot.failed.load(std::memory_order_relaxed)) break;
+      if (host_.interrupted()) {
+        slot.interrupted = true;
+        break;
+      }
+      slot.blocks = slot.program->block_count(phase);
+      if (slot.blocks > 0) return open(slot, phase);
+    }
+  } catch (...) {
+    fail(slot, phase, 0);
+  }
+  close(slot);
+}
+
+void PhaseTeam::open(Slot& slot, std::uint32_t phase) {
+  // The moment the first share is filled another thread may finish the phase, and the program.
+  const std::uint32_t blocks = slot.blocks;
+  const char* const name = slot.owner.name;
+  slot.phase = phase;
+  slot.reported.store(0, std::memory_order_relaxed);
+  for (std::uint32_t i = 0; i < shares_; ++i) {
+    const auto bound = [&](std::uint32_t share) {
+      return std::uint32_t(std::uint64_t{blocks} * share / shares_);
+    };
+    if (bound(i) == bound(i + 1)) continue;
+    slot.shares[i].blocks.store(pack(bound(i), bound(i + 1)), std::memory_order_release);
+  }
+  event_.signal();
+  if (blocks > 1) host_.phase_opened(name, blocks);
+}
+
+void PhaseTeam::close(Slot& slot) {
+  slot.over.store(true, std::memory_order_release);
+  event_.signal();
+}
+
+bool PhaseTeam::run_claimable(Slot& slot, std::uint32_t worker) {
+  auto block = claim(slot, worker);
+  if (!block) return false;
+  const std::int64_t begin_ns = recorder_.now();
+  std::uint32_t count = 0;
+  do {
+    run_block(slot, *block, worker);
+    ++count;
+    block = claim(slot, worker);
+  } while (block);
+  if (worker != slot.owner_worker && recorder_.on()) {
+    recorder_.joined(worker, slot.owner.stage, slot.owner.item, slot.program_number, begin_ns,
+                     recorder_.now());
+  }
+  report(slot, count);
+  return true;
+}
+
+void PhaseTeam::run_block(Slot& slot, std::uint32_t block, std::uint32_t worker) {
+  if (slot.failed.load(std::memory_order_relaxed)) return;
+  try {
+    slot.program->run_block(slot.phase, block, worker);
+  } catch (...) {
+    fail(slot, slot.phase, block);
+  }
+}
+
+void PhaseTeam::report(Slot& slot, std::uint32_t count) {
+  const std::uint32_t blocks = slot.blocks;
+  if (slot.reported.fetch_add(count, std::memory_order_acq_rel) + count != blocks) return;
+  open_next(slot, slot.phase + 1);
+}
+
+void PhaseTeam::wait_for_blocks_or_end(Slot& slot) {
+  const auto ready = [&] { return slot.over.load(std::memory_order_acquire) || has_blocks(slot); };
+  if (spin_until(ready, spin_ns_)) return;
+  const int key = event_.key();
+  if (!ready()) event_.wait(key);
+}
+
+std::optional<std::uint32_t> PhaseTeam::claim(Slot& slot, std::uint32_t worker) {
+  const std::uint32_t own = worker % shares_;
+  if (const auto block = take_front(slot.shares[own].blocks)) return block;
+  for (std::uint32_t i = 1; i < shares_; ++i) {
+    if (const auto block = take_back(slot.shares[(own + i) % shares_].blocks)) return block;
+  }
+  return std::nullopt;
+}
+
+bool PhaseTeam::has_blocks(const Slot& slot) const {
+  for (std::uint32_t i = 0; i < shares_; ++i) {
+    if (!is_empty(slot.shares[i].blocks.load(std::memory_order_seq_cst))) return true;
+  }
+  return false;
+}
+
+void PhaseTeam::fail(Slot& slot, std::uint32_t phase, std::uint32_t block) {
+  const std::uint64_t at = pack(block, phase);
+  const std::lock_guard lock(slot.failure_mutex);
+  if (slot.failure && slot.failed_at <= at) return;
+  slot.failure = std::current_exception();
+  slot.failed_at = at;
+  slot.failed.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace skerry::jobs
