@@ -46,6 +46,16 @@ measure::RunOptions options_of(const RunArguments& arguments, const scenes::Scen
   return options;
 }
 
+void print_warnings(const std::vector<std::string>& warnings, std::FILE* out) {
+  constexpr std::size_t kShown = 5;
+  for (std::size_t i = 0; i < std::min(kShown, warnings.size()); ++i) {
+    fmt::print(out, "  warning  {}\n", warnings[i]);
+  }
+  if (warnings.size() > kShown) {
+    fmt::print(out, "  warning  ... and {} more\n", warnings.size() - kShown);
+  }
+}
+
 void print_summary(const RunIdentity& identity, const measure::RunResult& result, std::FILE* out) {
   const measure::Summary step = measure::summarize(result.step_ms);
   const auto steps = static_cast<double>(std::max<std::size_t>(1, result.step_ms.size()));
@@ -68,7 +78,7 @@ void print_summary(const RunIdentity& identity, const measure::RunResult& result
   fmt::print(out, "  state    penetration mean {:.3f} max {:.3f} mm, kinetic energy {:.6g} J\n",
              1e3 * result.measures.penetration_mean, 1e3 * result.measures.penetration_max,
              result.measures.kinetic_energy);
-  for (const std::string& warning : result.warnings) fmt::print(out, "  warning: {}\n", warning);
+  print_warnings(result.warnings, out);
   fmt::print(out, "  hash     {}\n", hash_text(result.state_hash));
 }
 
