@@ -10,13 +10,7 @@ namespace skerry::scenes {
 class SceneError : public std::runtime_error {
  public:
   // line 0: about the file as a whole; an empty path: about the top level.
-  SceneError(std::string file, int line, std::string path, std::string detail)
-      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
-                           (path.empty() ? "" : path + ": ") + detail),
-        file_(std::move(file)),
-        line_(line),
-        path_(std::move(path)),
-        detail_(std::move(detail)) {}
+  SceneError(std::string file, int line, std::string path, std::string detail);
 
   const std::string& file() const noexcept { return file_; }
   int line() const noexcept { return line_; }

@@ -258,9 +258,9 @@ void read_fields(const JsonNode& root, const Scope& scope, SceneDesc& scene) {
   std::string field = error.field().substr(error.field().find("].") + 2);
   std::string detail = error.cause();
   if (detail.starts_with(field + ": ")) detail.erase(0, field.size() + 2);
-  const std::string before = origin.path();
-  throw SceneError(origin.document->file_name(), origin.line,
-                   before + (field.empty() ? "" : '.' + field), detail);
+  std::string path = origin.path();
+  if (!field.empty()) path.append(".").append(field);
+  throw SceneError(origin.document->file_name(), origin.line, path, detail);
 }
 
 void read_contents(const JsonNode& root, const ReadOptions& options,

@@ -104,7 +104,7 @@ void check_object(const JsonNode& node, std::string_view kind) {
     member->fail("unknown field" + did_you_mean(member->key, known));
   }
   for (const std::string_view name : spec.required) {
-    if (!node.find(name)) node.fail("\"" + std::string(name) + "\" is missing");
+    if (!node.find(name)) node.fail(std::string("\"").append(name).append("\" is missing"));
   }
 }
 
