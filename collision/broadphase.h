@@ -21,7 +21,9 @@ class Broadphase {
   virtual ~Broadphase() = default;
 
   // Between steps. A collider is in from add to remove; `touch` gives it new bounds at its body's
-  // present pose (teleport, type change) and marks it moved.
+  // present pose and has all its pairs checked anew: after a teleport, a change of the body's type,
+  // of the filter, or of the shape's place or size. What it knows of a collider it copies here.
+  // Joints need no touch: changes of Joints::no_collide are seen.
   virtual void add(const core::Bodies& bodies, const core::Colliders& colliders,
                    ColliderIndex collider) = 0;
   virtual void remove(ColliderIndex collider) = 0;
@@ -30,6 +32,9 @@ class Broadphase {
 
   // Fat box of a collider.
   virtual const Aabb& fat_bounds(ColliderIndex collider) const = 0;
+  // Appends the colliders whose fat box meets this one, ascending; as of the last refit. Any number
+  // of threads at once.
+  virtual void collect(const Aabb& box, std::vector<ColliderIndex>& found) const = 0;
 
   // -- Stages; see the functions below.
   virtual void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) = 0;
@@ -42,7 +47,8 @@ class Broadphase {
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind);
 
 // Removes all pairs of a collider from the table (it is being removed). Touching ones go to
-// ContactTable::ended, so that their "end" events come with the next step.
+// ContactTable::ended, so that their "end" events come with the next step. ContactTable::active is
+// empty afterwards if there were any, until merge_pairs fills it.
 void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider);
 
 // Stages. refit_broadphase, once: gathers the moved colliders in ascending order and updates the

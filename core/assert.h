@@ -1,4 +1,4 @@
-// Asserts with a sentence. On in builds with SKERRY_ASSERTS, nothing otherwise.
+// Asserts with a sentence. On in builds where SKERRY_ASSERTS is 1, nothing otherwise.
 #pragma once
 
 #include <cstdio>
@@ -12,7 +12,7 @@ namespace skerry::core {
 }
 }  // namespace skerry::core
 
-#ifdef SKERRY_ASSERTS
+#if SKERRY_ASSERTS
 #define SKERRY_ASSERT(condition, sentence)                                                \
   ((condition) ? void(0)                                                                  \
                : ::skerry::core::assertion_failed(#condition, sentence, __FILE__, __LINE__))

@@ -11,6 +11,8 @@ class StateHasher {
  public:
   StateHasher();
   ~StateHasher();
+  StateHasher(const StateHasher&) = delete;
+  StateHasher& operator=(const StateHasher&) = delete;
   void add(std::uint64_t value);
   void add(double value);
   std::uint64_t finish();

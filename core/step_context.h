@@ -2,9 +2,9 @@
 // step.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <exception>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -44,7 +44,7 @@ class CallbackErrors {
   void rethrow();
 
  private:
-  std::mutex mutex_;
+  std::atomic_flag busy_ = ATOMIC_FLAG_INIT;  // held for a few instructions, when something threw
   BodyIndex body_ = kNone;
   std::exception_ptr error_;
 };

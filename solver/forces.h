@@ -15,4 +15,7 @@ struct ExternalForce {
 ExternalForce external_force(const core::StepContext& step, core::BodyIndex body, double t,
                              const Vec3& r, const Vec3& v, const Vec3& w);
 
+// False if external forces are the same at every instant of the step.
+bool forces_vary(const core::StepContext& step);
+
 }  // namespace skerry::solver

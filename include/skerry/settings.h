@@ -71,7 +71,8 @@ struct WorldSettings {
   SleepSettings sleep = {};
   Integrator integrator = Integrator::exact;
   BroadphaseKind broadphase = BroadphaseKind::tree;
-  bool record_tasks = false;  // keep every task of the last step for World::last_tasks()
+  bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
+  bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
 };
 
 const char* to_string(ThreadingMode mode);

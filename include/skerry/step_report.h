@@ -36,7 +36,6 @@ struct StepReport {
   std::uint32_t joints = 0;
   std::uint32_t pairs = 0;           // from the broadphase
   std::uint32_t contacts = 0;        // manifolds with at least one point
-  std::uint32_t contact_points = 0;
   std::uint32_t islands = 0;         // awake, of two bodies or one with a contact or joint
   std::uint32_t largest_island = 0;  // bodies
   std::uint32_t fallback_pairs = 0;  // narrowphase pairs that went through FCL
@@ -51,7 +50,8 @@ struct Measures {
   double potential_energy = 0;    // J, of uniform gravity, zero at the origin
   std::array<double, 3> momentum = {};          // kg m/s
   std::array<double, 3> angular_momentum = {};  // kg m^2/s about the origin
-  double penetration_mean = 0;    // m, over touching contact points
+  std::uint64_t contact_points = 0;  // with a separation of at most zero
+  double penetration_mean = 0;    // m, over those points, at the start of the last step
   double penetration_max = 0;     // m
 };
 

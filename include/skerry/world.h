@@ -94,6 +94,10 @@ class World {
   PendingStep begin_step(double dt);
   StepReport end_step(PendingStep& pending);
 
+  // Makes `count` steps of dt as fast as possible: on the dedicated thread in the modes that have
+  // one (which must not be running), on the caller otherwise. Returns the last step's report.
+  StepReport run_steps(std::uint64_t count, double dt);
+
   // Applied in order at the beginning of the next step. A command whose body has gone by then is
   // skipped and named in StepReport::warnings. Any thread, any time.
   void post(Command command);

@@ -30,6 +30,7 @@ const std::string kTbbThirdParty = std::string("tbb/.*|oneapi/.*|") + kPosix;
 const std::string kPipelineThirdParty = std::string("Eigen/.*|zstd\\.h|xxhash\\.h|") + kPosix;
 const std::string kProgramThirdParty =
     std::string("Eigen/.*|CLI/.*|fmt/.*|nlohmann/.*|zstd\\.h|") + kPosix;
+const std::string kModesThirdParty = kProgramThirdParty + "|benchmark/.*";
 const std::string kPeersThirdParty =
     kProgramThirdParty + "|bt.*\\.h|Bullet.*|LinearMath/.*|ode/.*|bullet/.*";
 
@@ -72,8 +73,10 @@ const std::vector<Rule>& rules() {
        "this example shows skerry::jobs alone"},
       {"apps/.*", "skerry/.*|scenes/.*|apps/.*|cmake/build_info/.*", kProgramThirdParty.c_str(), "",
        "programs use the public API: <skerry/...> and scenes"},
-      {"bench/modes/.*", "skerry/.*|scenes/.*|bench/(modes|support)/.*|cmake/build_info/.*",
-       kProgramThirdParty.c_str(), "", "bench/modes uses the public API: <skerry/...> and scenes"},
+      {"bench/modes/.*",
+       "skerry/.*|scenes/.*|bench/(modes|support)/.*|apps/measure/.*|cmake/build_info/.*",
+       kModesThirdParty.c_str(), "",
+       "bench/modes uses the public API: <skerry/...>, scenes and apps/measure"},
       {"bench/peers/.*", "skerry/.*|scenes/.*|bench/(peers|support)/.*|cmake/build_info/.*",
        kPeersThirdParty.c_str(), "", "bench/peers uses the public API: <skerry/...> and scenes"},
       {"(bench|tests|cmake)/.*", ".*", ".*", "", ""},

@@ -1,0 +1,62 @@
+#include "apps/measure/host_work.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/measure/process_meter.h"
+
+namespace skerry::measure {
+namespace {
+
+constexpr std::size_t kBlock = 32;  // objects: about a microsecond
+
+}  // namespace
+
+HostWork::HostWork(std::size_t bytes) : objects_(std::max(kBlock, bytes / sizeof(Object))) {
+  objects_.resize(objects_.size() / kBlock * kBlock);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    objects_[i] = {{double(i), 0, 0}, {1, 0.5, 0.25}, i * 2654435761u + 1, 0};
+  }
+}
+
+void HostWork::run_blocks(std::size_t count) {
+  constexpr double kDt = 1.0 / 60;
+  for (std::size_t block = 0; block < count; ++block) {
+    for (std::size_t i = next_; i < next_ + kBlock; ++i) {
+      Object& object = objects_[i];
+      object.state = object.state * 6364136223846793005u + 1442695040888963407u;
+      // A little thinking that depends on the object and cannot be skipped.
+      const double wish = static_cast<double>(object.state >> 40) * (1.0 / 16777216.0) - 0.5;
+      const double speed = std::sqrt(object.velocity[0] * object.velocity[0] + wish * wish + 1);
+      for (int axis = 0; axis < 3; ++axis) {
+        object.velocity[axis] += kDt * (wish - 0.1 * object.velocity[axis]) / speed;
+        object.position[axis] += kDt * object.velocity[axis];
+      }
+      object.age += kDt;
+    }
+    next_ = (next_ + kBlock) % objects_.size();
+  }
+}
+
+void HostWork::calibrate() {
+  constexpr int kTrials = 10;
+  constexpr std::size_t kBlocks = 4000;
+  run_blocks(kBlocks);  // pages in, clock up
+  double best_ms = 1e9;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const std::int64_t begin = now_ns();
+    run_blocks(kBlocks);
+    best_ms = std::min(best_ms, 1e-6 * static_cast<double>(now_ns() - begin));
+  }
+  blocks_per_ms_ = kBlocks / best_ms;
+}
+
+void HostWork::run(double ms) { run_blocks(static_cast<std::size_t>(ms * blocks_per_ms_)); }
+
+double HostWork::checksum() const {
+  double sum = 0;
+  for (const Object& object : objects_) sum += object.position[0] + object.age;
+  return sum;
+}
+
+}  // namespace skerry::measure

@@ -1,0 +1,32 @@
+// Command line values and their checks, shared by the commands.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <skerry/settings.h>
+
+#include "scenes/scene.h"
+
+namespace skerry::app {
+
+inline constexpr int kMaxWorkers = 1024;
+
+// Throws BadInput, with the names there are.
+ThreadingMode parse_mode(const std::string& name);
+Affinity parse_affinity(const std::string& name);
+
+// As scenes::load_scene; throws BadInput or SceneError.
+scenes::SceneDesc load(const std::string& name, const std::optional<std::uint64_t>& seed = {});
+
+// "0,2,4,8"; throws BadInput naming the option.
+std::vector<double> parse_milliseconds(const std::string& option, const std::string& list);
+
+// Writes text to a file, or to standard output for "-". Throws BadInput if it cannot be written.
+void write_text(const std::string& file, const std::string& text);
+// Fails now rather than after minutes of measuring.
+void check_writable(const std::string& file);
+
+std::string hash_text(std::uint64_t hash);  // "0x0123456789abcdef"
+
+}  // namespace skerry::app

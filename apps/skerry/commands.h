@@ -1,0 +1,29 @@
+// The commands of the skerry program. Each adds itself to the command line; what it does is run
+// after parsing and returns the exit status.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+
+namespace skerry::app {
+
+inline constexpr int kOk = 0;
+inline constexpr int kFailedCheck = 1;
+inline constexpr int kBadInput = 2;
+
+using Action = std::function<int()>;
+
+// Wrong input that the command line parser cannot know to be wrong; what() is one line.
+class BadInput : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+void add_scenes_command(CLI::App& app, Action& action);
+void add_run_command(CLI::App& app, Action& action);
+void add_compare_command(CLI::App& app, Action& action);
+void add_check_command(CLI::App& app, Action& action);
+
+}  // namespace skerry::app

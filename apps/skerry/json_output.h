@@ -1,0 +1,36 @@
+// Result files: docs/cli.md lists their keys.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <skerry/snapshot.h>
+#include <skerry/world.h>
+
+#include "apps/measure/compare.h"
+#include "apps/measure/machine.h"
+#include "apps/measure/scene_run.h"
+
+namespace skerry::app {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const measure::Machine& machine);
+Json to_json(const measure::Summary& summary);
+
+struct RunIdentity {
+  std::string scene;
+  ThreadingMode mode = ThreadingMode::serial;
+  int workers = 1;
+  int substeps = 0;
+  double dt = 0;
+  std::uint64_t warmup = 0, seed = 0;
+  bool sleep = true;
+};
+Json to_json(const RunIdentity& identity, const measure::RunResult& result);
+
+Json to_json(const measure::SceneComparison& comparison);
+
+// The trace event format that chrome://tracing and Perfetto read.
+Json to_trace(const RunIdentity& identity, const measure::RunResult& result);
+
+}  // namespace skerry::app

@@ -1,0 +1,66 @@
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/core.h>
+#include <skerry/error.h>
+
+#include "apps/skerry/commands.h"
+#include "cmake/build_info/build_info.h"
+#include "scenes/scene_error.h"
+
+namespace skerry::app {
+namespace {
+
+int complain(const std::string& what) {
+  fmt::print(stderr, "skerry: {}\n", what);
+  return kBadInput;
+}
+
+// The parser's own messages span lines and have statuses of their own.
+int complain(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  std::string what = error.what();
+  for (char& c : what) c = c == '\n' ? ' ' : c;
+  return complain(what + " (see skerry --help)");
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Skerry: deterministic multithreaded rigid bodies, and the bench that compares ways "
+      "to thread them");
+  app.set_version_flag("--version", std::string("skerry ") + build_info::kVersion + " (" +
+                                        build_info::kCommit + ", " + build_info::kCompiler + ")");
+  app.require_subcommand(1);
+  Action action;
+  add_scenes_command(app, action);
+  add_run_command(app, action);
+  add_compare_command(app, action);
+  add_check_command(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return complain(app, error);
+  }
+  try {
+    return action();
+  } catch (const scenes::SceneError& error) {
+    return complain(error.what());
+  } catch (const InputError& error) {
+    return complain(error.what());
+  } catch (const BadInput& error) {
+    return complain(error.what());
+  }
+}
+
+}  // namespace
+}  // namespace skerry::app
+
+int main(int argc, char** argv) {
+  try {
+    return skerry::app::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "skerry: %s\n", error.what());
+    return skerry::app::kBadInput;
+  }
+}

@@ -1,0 +1,44 @@
+// Progress and interruption.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "apps/measure/session.h"
+
+namespace skerry::app {
+
+// While it lives, Ctrl-C asks for an early end instead of killing the program; the second one kills.
+class InterruptGuard {
+ public:
+  InterruptGuard();
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+  static bool interrupted();
+};
+
+// On standard error: a bar that is redrawn ten times a second on a terminal, a line per tenth of the
+// way elsewhere.
+class Progress {
+ public:
+  explicit Progress(std::string title);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void show(double share, const std::string& what);
+  // Shows progress and stops at Ctrl-C.
+  measure::Watcher watcher();
+
+ private:
+  void draw(double share, const std::string& what);
+
+  std::string title_;
+  bool terminal_;
+  std::int64_t drawn_ns_ = 0;
+  int tenths_ = 0;
+};
+
+}  // namespace skerry::app

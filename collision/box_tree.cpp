@@ -1,0 +1,213 @@
+#include "collision/box_tree.h"
+
+#include "core/assert.h"
+
+namespace skerry::collision {
+namespace {
+
+constexpr unsigned kWidth = BoxNode::kWidth;
+// Inserting one by one may make a chain; beyond this the tree is built anew, long before a query's
+// stack is full.
+constexpr unsigned kDeepest = kMaxDepth / 2;
+
+// Rebuilding costs about as much as forty refits of all items; boxes that are half as large again
+// cost more than that in queries within some tens of steps (bench/micro/broadphase_bench).
+constexpr double kWornOut = 1.5;
+
+double half_area(const Aabb& box) {
+  const double x = double(box.max[0]) - double(box.min[0]),
+               y = double(box.max[1]) - double(box.min[1]),
+               z = double(box.max[2]) - double(box.min[2]);
+  return x >= 0 ? x * y + y * z + z * x : 0;  // inverted: empty
+}
+Aabb joined(Aabb a, const Aabb& b) {
+  grow(a, b);
+  return a;
+}
+bool same(const Aabb& a, const Aabb& b) {
+  bool equal = true;
+  for (int axis = 0; axis < 3; ++axis)
+    equal &= (a.min[axis] == b.min[axis]) & (a.max[axis] == b.max[axis]);
+  return equal;
+}
+bool is_node(std::uint32_t child) { return (child & BoxNode::kItem) == 0; }
+
+// The free lane of a node, or the one that grows least by taking the box.
+unsigned best_lane(const BoxNode& node, const Aabb& box) {
+  unsigned best = 0;
+  double least = 0;
+  for (unsigned lane = 0; lane < kWidth; ++lane) {
+    if (node.child[lane] == BoxNode::kEmpty) return lane;
+    const Aabb old = lane_box(node, lane);
+    const double growth = half_area(joined(old, box)) - half_area(old);
+    if (lane == 0 || growth < least) {
+      least = growth;
+      best = lane;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void BoxTree::insert(std::uint32_t item, const Aabb& box) {
+  if (item >= slot_.size()) slot_.resize(item + 1, kNowhere);
+  SKERRY_ASSERT(slot_[item] == kNowhere, "an item is put into a tree twice");
+  slot_[item] = kPending | static_cast<std::uint32_t>(pending_.size());
+  pending_.push_back({box, item});
+  ++size_;
+  ++changes_;
+}
+
+void BoxTree::remove(std::uint32_t item) {
+  const std::uint32_t slot = slot_[item];
+  SKERRY_ASSERT(slot != kNowhere, "an item is taken from a tree that does not hold it");
+  slot_[item] = kNowhere;
+  --size_;
+  ++changes_;
+  if (slot & kPending) {
+    const std::uint32_t row = slot & ~kPending;
+    pending_[row] = pending_.back();
+    pending_.pop_back();
+    if (row < pending_.size()) slot_[pending_[row].item] = kPending | row;
+    return;
+  }
+  set_lane(nodes_[slot / kWidth], slot % kWidth, empty_box(), BoxNode::kEmpty);
+  mark_dirty(slot / kWidth);
+}
+
+void BoxTree::update(std::uint32_t item, const Aabb& box) {
+  const std::uint32_t slot = slot_[item];
+  if (slot & kPending) {
+    pending_[slot & ~kPending].box = box;
+    return;
+  }
+  BoxNode& node = nodes_[slot / kWidth];
+  if (!overlap(lane_box(node, slot % kWidth), box)) {  // a jump: its old neighbours are far away
+    remove(item);
+    insert(item, box);
+    return;
+  }
+  set_lane(node, slot % kWidth, box, item | BoxNode::kItem);
+  mark_dirty(slot / kWidth);
+}
+
+void BoxTree::refit() {
+  if (many_changes()) return rebuild();
+  while (!pending_.empty()) {
+    const BuildItem item = pending_.back();
+    if (!place(item)) return rebuild();
+    pending_.pop_back();
+  }
+  if (dirty_nodes_.empty()) return;
+  if (dirty_nodes_.size() > nodes_.size() / 4)
+    refit_all();
+  else
+    for (const std::uint32_t node : dirty_nodes_) refit_upward(node);
+  for (const std::uint32_t node : dirty_nodes_) dirty_[node] = 0;
+  dirty_nodes_.clear();
+  if (inner_area_ > kWornOut * built_area_) rebuild();
+}
+
+void BoxTree::mark_dirty(std::uint32_t node) {
+  if (dirty_[node]) return;
+  dirty_[node] = 1;
+  dirty_nodes_.push_back(node);
+}
+
+// False if the tree is (or would get) too deep.
+bool BoxTree::place(const BuildItem& item) {
+  if (nodes_.empty()) return false;
+  std::uint32_t index = 0;
+  for (unsigned depth = 0; depth < kDeepest; ++depth) {
+    const unsigned lane = best_lane(nodes_[index], item.box);
+    const std::uint32_t child = nodes_[index].child[lane];
+    if (child == BoxNode::kEmpty) {
+      set_item(index, lane, item);
+      return true;
+    }
+    const Aabb old = lane_box(nodes_[index], lane);
+    if (is_node(child)) {
+      set_child(index, lane, joined(old, item.box), child);
+      index = child;
+      continue;
+    }
+    // A lane with an item becomes a node with both.
+    const auto added = static_cast<std::uint32_t>(nodes_.size());
+    nodes_.push_back(empty_node());
+    parent_.push_back(index * kWidth + lane);
+    dirty_.push_back(0);
+    set_item(added, 0, {old, child & ~BoxNode::kItem});
+    set_item(added, 1, item);
+    inner_area_ += half_area(old);  // the lane counts as inner from now on
+    set_child(index, lane, joined(old, item.box), added);
+    return true;
+  }
+  return false;
+}
+
+void BoxTree::set_item(std::uint32_t node, unsigned lane, const BuildItem& item) {
+  set_lane(nodes_[node], lane, item.box, item.item | BoxNode::kItem);
+  slot_[item.item] = node * kWidth + lane;
+}
+
+void BoxTree::set_child(std::uint32_t node, unsigned lane, const Aabb& box, std::uint32_t child) {
+  inner_area_ += half_area(box) - half_area(lane_box(nodes_[node], lane));
+  set_lane(nodes_[node], lane, box, child);
+}
+
+void BoxTree::refit_upward(std::uint32_t node) {
+  while (node != 0) {
+    const std::uint32_t slot = parent_[node];
+    const Aabb box = node_box(nodes_[node]);
+    if (same(box, lane_box(nodes_[slot / kWidth], slot % kWidth))) return;
+    set_child(slot / kWidth, slot % kWidth, box, node);
+    node = slot / kWidth;
+  }
+}
+
+void BoxTree::refit_all() {
+  inner_area_ = 0;
+  for (auto node = static_cast<std::uint32_t>(nodes_.size() - 1); node > 0; --node) {
+    const std::uint32_t slot = parent_[node];
+    const Aabb box = node_box(nodes_[node]);
+    set_lane(nodes_[slot / kWidth], slot % kWidth, box, node);
+    inner_area_ += half_area(box);
+  }
+}
+
+void BoxTree::rebuild() {
+  build_items_.clear();
+  for (const BoxNode& node : nodes_)
+    for (unsigned lane = 0; lane < kWidth; ++lane)
+      if (node.child[lane] != BoxNode::kEmpty && !is_node(node.child[lane]))
+        build_items_.push_back({lane_box(node, lane), node.child[lane] & ~BoxNode::kItem});
+  build_items_.insert(build_items_.end(), pending_.begin(), pending_.end());
+  pending_.clear();
+  SKERRY_ASSERT(build_items_.size() == size_, "a tree has lost items");
+  build_nodes(build_items_, nodes_);
+  link_nodes();
+  changes_ = 0;
+  ++rebuild_count_;
+}
+
+void BoxTree::link_nodes() {
+  parent_.assign(nodes_.size(), 0);
+  dirty_.assign(nodes_.size(), 0);
+  dirty_nodes_.clear();
+  inner_area_ = 0;
+  for (std::uint32_t node = 0; node < nodes_.size(); ++node)
+    for (unsigned lane = 0; lane < kWidth; ++lane) {
+      const std::uint32_t child = nodes_[node].child[lane];
+      if (child == BoxNode::kEmpty) continue;
+      if (is_node(child)) {
+        parent_[child] = node * kWidth + lane;
+        inner_area_ += half_area(lane_box(nodes_[node], lane));
+      } else {
+        slot_[child & ~BoxNode::kItem] = node * kWidth + lane;
+      }
+    }
+  built_area_ = inner_area_;
+}
+
+}  // namespace skerry::collision

@@ -1,0 +1,33 @@
+#include "collision/mesh_tree.h"
+
+#include <algorithm>
+
+#include "collision/box_lanes.h"
+
+namespace skerry::core {
+namespace {
+template <class Test>
+void append_sorted(const MeshTree& tree, const Test& test, std::vector<std::uint32_t>& triangles) {
+  const auto first = static_cast<std::ptrdiff_t>(triangles.size());
+  collision::walk(tree.nodes, test, [&](std::uint32_t triangle) { triangles.push_back(triangle); });
+  std::sort(triangles.begin() + first, triangles.end());
+}
+}  // namespace
+
+void MeshTree::query(const float min[3], const float max[3],
+                     std::vector<std::uint32_t>& triangles) const {
+  const collision::Aabb box{{min[0], min[1], min[2]}, {max[0], max[1], max[2]}};
+  append_sorted(
+      *this, [&](const collision::BoxNode& node) { return collision::overlap_lanes(node, box); },
+      triangles);
+}
+
+void MeshTree::query_ray(const float origin[3], const float direction[3], float max_fraction,
+                         std::vector<std::uint32_t>& triangles) const {
+  const collision::Ray ray = collision::make_ray(origin, direction, max_fraction);
+  append_sorted(
+      *this, [&](const collision::BoxNode& node) { return collision::ray_lanes(node, ray); },
+      triangles);
+}
+
+}  // namespace skerry::core

@@ -1,0 +1,210 @@
+#include "collision/narrowphase.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "collision/box_batch.h"
+#include "collision/narrowphase_kernels.h"
+#include "collision/narrowphase_pairs.h"
+#include "core/assert.h"
+
+namespace skerry::collision {
+
+using core::ContactPair;
+
+namespace {
+
+// What one worker needs; a cache line apart from the next worker's.
+struct alignas(64) WorkerScratch {
+  BoxBatch batch;
+  std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
+  std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
+  int batched = 0;
+  NarrowphaseCounts counts;
+};
+
+}  // namespace
+
+class NarrowphaseScratch {
+ public:
+  explicit NarrowphaseScratch(std::uint32_t workers) : workers_(workers) {}
+  WorkerScratch& worker(std::uint32_t index) {
+    SKERRY_ASSERT(index < workers_.size(), "worker index beyond the workers of this scratch");
+    return workers_[index];
+  }
+  std::vector<WorkerScratch>& workers() { return workers_; }
+
+ private:
+  std::vector<WorkerScratch> workers_;
+};
+
+NarrowphaseScratchPtr make_narrowphase_scratch(std::uint32_t workers) {
+  return NarrowphaseScratchPtr(new NarrowphaseScratch(workers));
+}
+void NarrowphaseScratchDeleter::operator()(NarrowphaseScratch* scratch) const { delete scratch; }
+
+NarrowphaseCounts take_counts(NarrowphaseScratch& scratch) {
+  NarrowphaseCounts sum;
+  for (WorkerScratch& worker : scratch.workers()) {
+    sum.fallback_pairs += worker.counts.fallback_pairs;
+    sum.fallback_failures += worker.counts.fallback_failures;
+    worker.counts = {};
+  }
+  return sum;
+}
+
+namespace {
+
+using Kernel = void (*)(const PlacedShape& a, const PlacedShape& b, Query& query,
+                        ContactPatch& patch);
+
+// Kernels that give one patch; [a][b] for a <= b. Pairs without one are handled by name.
+struct KernelTable {
+  Kernel at[core::kShapeTypeCount][core::kShapeTypeCount] = {};
+
+  constexpr KernelTable() {
+    using enum ShapeType;
+    set(sphere, sphere, sphere_sphere);
+    set(sphere, capsule, sphere_capsule);
+    set(sphere, box, sphere_box);
+    set(sphere, hull, sphere_hull);
+    set(capsule, capsule, capsule_capsule);
+    set(capsule, box, capsule_box);
+    for (const ShapeType convex : {sphere, capsule, box, cylinder, cone, ellipsoid, hull})
+      set(convex, plane, convex_plane);
+  }
+  constexpr void set(ShapeType a, ShapeType b, Kernel kernel) {
+    at[static_cast<int>(a)][static_cast<int>(b)] = kernel;
+  }
+  Kernel operator()(ShapeType a, ShapeType b) const {
+    return at[static_cast<int>(a)][static_cast<int>(b)];
+  }
+};
+constexpr KernelTable kKernels;
+
+bool quarantined(const StepContext& step, const ContactPair& pair) {
+  return ((step.bodies->flags[pair.body_a] | step.bodies->flags[pair.body_b]) &
+          core::kQuarantined) != 0;
+}
+bool may_touch(const StepContext& step, const ContactPair& pair) {
+  if (quarantined(step, pair)) return false;
+  if (pair.flags & core::kSensorPair) return true;
+  return ((step.bodies->flags[pair.body_a] | step.bodies->flags[pair.body_b]) & core::kDynamic) !=
+         0;
+}
+
+void collide_pair(const StepContext& step, ContactPair& pair) {
+  PlacedPair placed = placed_pair(step, pair);
+  const bool swap = placed.a.collider->type > placed.b.collider->type;
+  if (swap) placed = swapped(placed);
+  PatchSet patches;
+  const Kernel kernel = kKernels(placed.a.collider->type, placed.b.collider->type);
+  if (kernel != nullptr) {
+    patches.count = 1;
+    kernel(placed.a, placed.b, placed.query, patches.patch[0]);
+  }
+  V3f linear = placed.query.linear, angular = placed.query.angular;
+  if (swap) {
+    linear = -linear;
+    angular = -angular;
+    for (std::uint32_t i = 0; i < patches.count; ++i)
+      patches.patch[i].normal = -patches.patch[i].normal;
+  }
+  pair.cache = placed.query.cache;
+  store_patches(*step.contacts, pair, patches, linear, angular);
+}
+
+// -- Box against box, sixteen pairs at a time.
+
+void put(float (&row)[BoxBatch::kSize], int lane, float value) { row[lane] = value; }
+
+void put(BoxBatch& batch, int first_row, int lane, const V3f& v) {
+  put(batch.in[first_row], lane, v.x);
+  put(batch.in[first_row + 1], lane, v.y);
+  put(batch.in[first_row + 2], lane, v.z);
+}
+void put(BoxBatch& batch, int first_row, int lane, const core::Q4f& q) {
+  put(batch, first_row, lane, V3f{q.x, q.y, q.z});
+  put(batch.in[first_row + 3], lane, q.w);
+}
+
+// The kernel's origin is the centre of box a, not that of its body.
+void gather(const StepContext& step, const ContactPair& pair, const PairFrame& frame,
+            BoxBatch& batch, int lane) {
+  put(batch, BoxBatch::kDx, lane, frame.center_b - frame.center_a);
+  put(batch, BoxBatch::kQax, lane, frame.rotation_a);
+  put(batch, BoxBatch::kQbx, lane, frame.rotation_b);
+  put(batch, BoxBatch::kHax, lane, step.colliders->rows[pair.a].size);
+  put(batch, BoxBatch::kHbx, lane, step.colliders->rows[pair.b].size);
+  put(batch, BoxBatch::kVx, lane, frame.linear + core::cross(frame.angular, frame.center_a));
+  put(batch, BoxBatch::kWx, lane, frame.angular);
+  put(batch.in[BoxBatch::kDt], lane, frame.dt);
+  put(batch.in[BoxBatch::kSlop], lane, frame.slop);
+  put(batch.in[BoxBatch::kMargin], lane, frame.margin);
+  put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair.cache));
+}
+
+void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
+             const BoxBatch& batch, int lane) {
+  const auto out = [&](int row) { return batch.out[row][lane]; };
+  PatchSet patches;
+  patches.count = 1;
+  ContactPatch& patch = patches.patch[0];
+  patch.normal = {out(BoxBatch::kNx), out(BoxBatch::kNy), out(BoxBatch::kNz)};
+  patch.count = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int row = BoxBatch::kPoints + k * BoxBatch::kPointRows;
+    const float feature = out(row + BoxBatch::kFeature);
+    if (feature < 0) continue;
+    const V3f position = {out(row + BoxBatch::kPx), out(row + BoxBatch::kPy),
+                          out(row + BoxBatch::kPz)};
+    patch.points[patch.count++] = {position + frame.center_a, out(row + BoxBatch::kSeparation),
+                                   static_cast<std::uint32_t>(feature)};
+  }
+  pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
+  store_patches(*step.contacts, pair, patches, frame.linear, frame.angular);
+}
+
+void flush(const StepContext& step, WorkerScratch& scratch) {
+  if (scratch.batched == 0) return;
+  // The last lanes of a short batch: any pair will do.
+  for (auto& row : scratch.batch.in)
+    std::fill(row + scratch.batched, row + BoxBatch::kSize, row[0]);
+  collide_boxes(scratch.batch, scratch.batched);
+  for (int lane = 0; lane < scratch.batched; ++lane)
+    scatter(step, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane], scratch.batch,
+            lane);
+  scratch.batched = 0;
+}
+
+void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scratch) {
+  const int lane = scratch.batched++;
+  const ContactPair& pair = step.contacts->pairs[row];
+  scratch.rows[lane] = row;
+  scratch.frames[lane] = pair_frame(step, pair);
+  gather(step, pair, scratch.frames[lane], scratch.batch, lane);
+  if (scratch.batched == BoxBatch::kSize) flush(step, scratch);
+}
+
+}  // namespace
+
+void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task) {
+  WorkerScratch& scratch = step.narrowphase->worker(task.worker());
+  for (std::uint32_t i = active_pairs.begin; i < active_pairs.end; ++i) {
+    const std::uint32_t row = step.contacts->active[i];
+    ContactPair& pair = step.contacts->pairs[row];
+    if (!may_touch(step, pair)) {
+      clear_contact(pair);
+      continue;
+    }
+    const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
+    if (a == ShapeType::box && b == ShapeType::box)
+      add_to_batch(step, row, scratch);
+    else
+      collide_pair(step, pair);
+  }
+  flush(step, scratch);
+}
+
+}  // namespace skerry::collision

@@ -1,0 +1,128 @@
+// Kernels of the narrowphase: one pair of shapes in, at most four contact points out.
+//
+//   Frame    world axes; the origin is the centre of mass of body a, so that single precision holds
+//            far from the world's origin.
+//   Normals  unit, from the first shape to the second. Points halfway between the surfaces.
+//   Threads  pure functions.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "collision/broadphase.h"
+#include "core/colliders.h"
+#include "core/vec.h"
+
+namespace skerry::collision {
+
+using core::Collider;
+using core::M3f;
+using core::ShapeType;
+using core::V3f;
+
+struct PlacedShape {
+  const Collider* collider = nullptr;   // null: a triangle
+  V3f center{0, 0, 0};                  // m, origin of the shape frame; a triangle's centroid
+  M3f axes{};                           // columns: axes of the shape frame
+  const V3f* triangle = nullptr;        // [3] m, from `center`
+  float height = 0;  // m, planes only: of the other shape's centre over the plane, from doubles
+};
+
+// What of a pair is not its shapes: how far to look, how the two move, what was chosen last time.
+// The second shape's velocity relative to the first at the place p is linear + angular x p.
+struct Query {
+  V3f linear{0, 0, 0};   // m/s
+  V3f angular{0, 0, 0};  // rad/s
+  float dt = 0;          // s
+  float slop = kSpeculativeDistance;    // m: gap at the end of the step up to which a point counts
+  float margin = kSpeculativeDistance;  // m: gap beyond which no point can close to `slop`
+  std::uint32_t cache = 0;              // ContactPair::cache
+
+  float normal_velocity(const V3f& position, const V3f& normal) const {
+    return core::dot(normal, linear + core::cross(angular, position));
+  }
+  // Separation at the end of the step; what now departs counts as staying.
+  float predicted(const V3f& position, const V3f& normal, float separation) const {
+    const float vn = normal_velocity(position, normal);
+    return separation + dt * (vn < 0 ? vn : 0);
+  }
+};
+
+struct ContactPoint {
+  V3f position;
+  float separation;
+  std::uint32_t feature;
+};
+
+// Points that share a normal.
+struct ContactPatch {
+  static constexpr std::uint32_t kMaxPoints = 4;
+  V3f normal{0, 1, 0};
+  std::uint32_t count = 0;
+  ContactPoint points[kMaxPoints];
+};
+
+// Candidates from which a patch is chosen; those that cannot touch within the step are left out.
+class PointList {
+ public:
+  static constexpr std::uint32_t kCapacity = 64;
+
+  PointList(const Query& query, const V3f& normal) : query_(query), normal_(normal) {}
+  void add(const V3f& position, float separation, std::uint32_t feature);
+  std::uint32_t size() const { return count_; }
+  const ContactPoint* begin() const { return points_; }
+  const ContactPoint* end() const { return points_ + count_; }
+  // At most four: a deep one, the one farthest from it, and those that span the largest area. All
+  // of them if there are no more than four.
+  void choose(ContactPatch& patch) const;
+
+ private:
+  const Query& query_;
+  V3f normal_;
+  std::uint32_t count_ = 0;
+  ContactPoint points_[kCapacity];
+};
+
+// A patch of one point, or of none if it cannot touch within the step.
+void single_point(const Query& query, const V3f& normal, const V3f& position, float separation,
+                  std::uint32_t feature, ContactPatch& patch);
+
+// Chooses at most four of `count` points (see PointList::choose).
+void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& normal,
+                   ContactPatch& patch);
+
+// A unit vector along v, or `otherwise` if v is too short to have a direction.
+V3f direction(const V3f& v, const V3f& otherwise);
+// Some unit vector at right angles to a unit vector; continuous except near one great circle.
+V3f perpendicular(const V3f& unit);
+
+// -- Closed forms (Ericson, "Real-Time Collision Detection", 2005, chapter 5).
+void sphere_sphere(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+void sphere_capsule(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+void sphere_box(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+void sphere_hull(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+void capsule_capsule(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+void capsule_box(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+
+// The face, edge or vertex of a convex shape that looks in a direction, with rims of discs as
+// polygons. Counter-clockwise seen from outside.
+struct Feature {
+  static constexpr std::uint32_t kMaxPoints = 24;
+  std::uint32_t count = 0;
+  V3f points[kMaxPoints];
+  std::uint16_t ids[kMaxPoints];  // the same for the same place of the shape
+};
+void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& feature);
+
+// Any convex shape against a plane: the points of its feature that faces the plane.
+void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+
+// Boxes and hulls: separating axes of faces and edges, then face clipping.
+void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
+                       ContactPatch& patch);
+
+// Any two convex shapes but planes. Returns false if the minimal depth was not found; the patch
+// then holds the best approximation.
+bool convex_convex(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+
+}  // namespace skerry::collision

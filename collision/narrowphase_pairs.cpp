@@ -1,0 +1,293 @@
+#include "collision/narrowphase_pairs.h"
+
+#include <cmath>
+
+namespace skerry::collision {
+
+using core::BodyMotion;
+using core::BodyPose;
+using core::cross;
+using core::dot;
+using core::length;
+using core::Manifold;
+using core::ManifoldPoint;
+using core::Q4f;
+using core::to_float;
+
+namespace {
+
+Q4f product(const Q4f& a, const Q4f& b) {
+  return {((a.w * b.x + a.x * b.w) + a.y * b.z) - a.z * b.y,
+          ((a.w * b.y - a.x * b.z) + a.y * b.w) + a.z * b.x,
+          ((a.w * b.z + a.x * b.y) - a.y * b.x) + a.z * b.w,
+          ((a.w * b.w - a.x * b.x) - a.y * b.y) - a.z * b.z};
+}
+
+bool centered(const Collider& collider) {
+  const V3f p = collider.local_position;
+  return p.x == 0 && p.y == 0 && p.z == 0;
+}
+
+V3f difference(const Vec3& a, const Vec3& b) {
+  return {static_cast<float>(a.x() - b.x()), static_cast<float>(a.y() - b.y()),
+          static_cast<float>(a.z() - b.z())};
+}
+
+// Radius about the centre of mass of a sphere that holds the collider; of the whole body where that
+// is the cheaper thing to know.
+float reach(const Collider& collider, const core::BodyMass& mass) {
+  const V3f s = collider.size;
+  const float offset = centered(collider) ? 0 : length(collider.local_position);
+  switch (collider.type) {
+    case ShapeType::sphere: return offset + s.x;
+    case ShapeType::capsule: return offset + s.x + s.y;
+    case ShapeType::box: return offset + length(s);
+    case ShapeType::cylinder:
+    case ShapeType::cone: return offset + s.x + s.y;
+    case ShapeType::ellipsoid: return offset + std::fmax(s.x, std::fmax(s.y, s.z));
+    case ShapeType::hull:
+    case ShapeType::mesh: return static_cast<float>(mass.radius);
+    case ShapeType::plane: break;
+  }
+  return 1e9f;
+}
+
+// Upper bound of the speed at which any two points of the pair can close in on each other.
+float closing_bound(const StepContext& step, const core::ContactPair& pair, const V3f& linear) {
+  const auto spin = [&](core::BodyIndex body, core::ColliderIndex collider) {
+    const V3f angular = to_float(step.bodies->motion[body].angular);
+    const float squared = dot(angular, angular);
+    if (squared == 0) return 0.0f;
+    return std::sqrt(squared) * reach(step.colliders->rows[collider], step.bodies->mass[body]);
+  };
+  return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
+}
+
+}  // namespace
+
+PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
+  const Collider& a = step.colliders->rows[pair.a];
+  const Collider& b = step.colliders->rows[pair.b];
+  const BodyPose& pose_a = step.bodies->pose[pair.body_a];
+  const BodyPose& pose_b = step.bodies->pose[pair.body_b];
+
+  PairFrame frame;
+  frame.between = difference(pose_b.center, pose_a.center);
+  frame.rotation_a = to_float(pose_a.orientation);
+  frame.rotation_b = to_float(pose_b.orientation);
+  frame.center_a = {0, 0, 0};
+  frame.center_b = frame.between;
+  if (!centered(a)) frame.center_a = to_matrix(frame.rotation_a) * a.local_position;
+  if (!centered(b)) frame.center_b = frame.between + to_matrix(frame.rotation_b) * b.local_position;
+  if (a.has_local_rotation) frame.rotation_a = product(frame.rotation_a, a.local_rotation);
+  if (b.has_local_rotation) frame.rotation_b = product(frame.rotation_b, b.local_rotation);
+
+  frame.linear = frame.angular = {0, 0, 0};
+  frame.slop = frame.margin = frame.dt = 0;
+  if (pair.flags & core::kSensorPair) return frame;
+  const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
+  const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
+  const V3f relative = difference(motion_b.linear, motion_a.linear);
+  frame.dt = static_cast<float>(step.dt);
+  frame.linear = relative - cross(to_float(motion_b.angular), frame.between);
+  frame.angular = difference(motion_b.angular, motion_a.angular);
+  frame.slop = kSpeculativeDistance;
+  frame.margin = kSpeculativeDistance + frame.dt * closing_bound(step, pair, relative);
+  return frame;
+}
+
+namespace {
+
+using V3d = core::V3<double>;
+
+V3d scalars(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+core::M3<double> matrix(const Quat& q) {
+  return to_matrix(core::Q4<double>{q.x(), q.y(), q.z(), q.w()});
+}
+V3d place(const Collider& collider, const BodyPose& pose) {
+  const V3f p = collider.local_position;
+  return scalars(pose.center) + matrix(pose.orientation) * V3d{double(p.x), double(p.y), double(p.z)};
+}
+
+// In double: planes reach far, and rounding their distance would lift what rests on them.
+float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const Collider& other,
+                        const BodyPose& other_pose) {
+  const Q4f& q = plane.local_rotation;
+  V3d normal{double(plane.size.x), double(plane.size.y), double(plane.size.z)};
+  if (plane.has_local_rotation)
+    normal = to_matrix(core::Q4<double>{double(q.x), double(q.y), double(q.z), double(q.w)}) * normal;
+  normal = matrix(plane_pose.orientation) * normal;
+  const double scale = 1 / std::sqrt(dot(normal, normal));
+  const V3d offset = place(other, other_pose) - place(plane, plane_pose);
+  return static_cast<float>(dot(normal, offset) * scale - plane.plane_offset);
+}
+
+}  // namespace
+
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair) {
+  const PairFrame frame = pair_frame(step, pair);
+  PlacedPair placed;
+  placed.a.collider = &step.colliders->rows[pair.a];
+  placed.b.collider = &step.colliders->rows[pair.b];
+  placed.a.center = frame.center_a;
+  placed.b.center = frame.center_b;
+  placed.a.axes = to_matrix(frame.rotation_a);
+  placed.b.axes = to_matrix(frame.rotation_b);
+  const BodyPose& pose_a = step.bodies->pose[pair.body_a];
+  const BodyPose& pose_b = step.bodies->pose[pair.body_b];
+  if (placed.a.collider->type == ShapeType::plane)
+    placed.a.height = height_over_plane(*placed.a.collider, pose_a, *placed.b.collider, pose_b);
+  if (placed.b.collider->type == ShapeType::plane)
+    placed.b.height = height_over_plane(*placed.b.collider, pose_b, *placed.a.collider, pose_a);
+  placed.query.linear = frame.linear;
+  placed.query.angular = frame.angular;
+  placed.query.dt = frame.dt;
+  placed.query.slop = frame.slop;
+  placed.query.margin = frame.margin;
+  placed.query.cache = pair.cache;
+  return placed;
+}
+
+PlacedPair swapped(const PlacedPair& pair) {
+  PlacedPair other{pair.b, pair.a, pair.query};
+  other.query.linear = -pair.query.linear;
+  other.query.angular = -pair.query.angular;
+  return other;
+}
+
+namespace {
+
+// Manifolds keep their friction while their normals differ by less than this (18 degrees).
+constexpr float kSameNormal = 0.95f;
+// A point may inherit the impulse of another feature this near, as a part of the shapes' size; the
+// distance between the points of the manifold stands for the size.
+constexpr float kNearby = 0.1f;
+
+struct OldContact {
+  std::uint32_t count = 0;
+  Manifold manifold[core::kMeshManifolds];
+};
+
+const Manifold* predecessor(const OldContact& old, const V3f& normal) {
+  const Manifold* best = nullptr;
+  float cosine = kSameNormal;
+  for (std::uint32_t i = 0; i < old.count; ++i) {
+    const float c = dot(old.manifold[i].normal, normal);
+    if (c <= cosine) continue;
+    cosine = c;
+    best = &old.manifold[i];
+  }
+  return best;
+}
+
+float squared_size(const Manifold& manifold) {
+  float largest = 0;
+  for (std::uint32_t i = 1; i < manifold.point_count; ++i) {
+    const V3f r = manifold.points[i].position - manifold.points[0].position;
+    largest = std::fmax(largest, dot(r, r));
+  }
+  return largest;
+}
+
+// Features change where a face slides over an edge or triangles follow each other; the load stays
+// where it was.
+void inherit_by_place(const Manifold& old, std::uint32_t used, Manifold& manifold,
+                      std::uint32_t matched) {
+  const bool single = manifold.point_count == 1 && old.point_count == 1;
+  const float limit = kNearby * kNearby * std::fmax(squared_size(old), squared_size(manifold));
+  for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
+    if (matched & (1u << i)) continue;
+    ManifoldPoint& point = manifold.points[i];
+    std::uint32_t nearest = old.point_count;
+    float best = single ? 3e38f : limit;
+    for (std::uint32_t j = 0; j < old.point_count; ++j) {
+      const V3f r = old.points[j].position - point.position;
+      if ((used & (1u << j)) || !(dot(r, r) <= best)) continue;
+      best = dot(r, r);
+      nearest = j;
+    }
+    if (nearest == old.point_count) continue;
+    used |= 1u << nearest;
+    point.normal_impulse = old.points[nearest].normal_impulse;
+  }
+}
+
+void inherit(const Manifold& old, Manifold& manifold) {
+  manifold.friction_impulse = old.friction_impulse;
+  manifold.twist_impulse = old.twist_impulse;
+  manifold.rolling_impulse = old.rolling_impulse;
+  std::uint32_t used = 0, matched = 0;
+  for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
+    for (std::uint32_t j = 0; j < old.point_count; ++j) {
+      if (old.points[j].feature != manifold.points[i].feature || (used & (1u << j))) continue;
+      manifold.points[i].normal_impulse = old.points[j].normal_impulse;
+      used |= 1u << j;
+      matched |= 1u << i;
+      break;
+    }
+  }
+  const std::uint32_t all_new = (1u << manifold.point_count) - 1;
+  const std::uint32_t all_old = (1u << old.point_count) - 1;
+  if (matched != all_new && used != all_old) inherit_by_place(old, used, manifold, matched);
+}
+
+// The patch as a manifold without history.
+void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Manifold& manifold) {
+  manifold.normal = patch.normal;
+  manifold.point_count = patch.count;
+  manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
+  manifold.twist_impulse = manifold.total_impulse = 0;
+  float approach = 0;
+  for (std::uint32_t i = 0; i < patch.count; ++i) {
+    const ContactPoint& from = patch.points[i];
+    manifold.points[i] = {from.position, from.separation, 0, from.feature};
+    const float vn = dot(patch.normal, linear + cross(angular, from.position));
+    approach = std::fmax(approach, -vn);
+  }
+  manifold.approach_speed = approach;
+}
+
+void mark(core::ContactPair& pair, bool touching) {
+  const std::uint32_t was = pair.flags & core::kTouching ? core::kWasTouching : 0u;
+  pair.flags = (pair.flags & ~(core::kTouching | core::kWasTouching)) | was |
+               (touching ? core::kTouching : 0u);
+}
+
+bool overlaps(const PatchSet& patches) {
+  for (std::uint32_t i = 0; i < patches.count; ++i)
+    for (std::uint32_t k = 0; k < patches.patch[i].count; ++k)
+      if (patches.patch[i].points[k].separation <= 0) return true;
+  return false;
+}
+
+}  // namespace
+
+void clear_contact(core::ContactPair& pair) {
+  mark(pair, false);
+  pair.manifold_count = 0;
+}
+
+void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,
+                   const V3f& linear, const V3f& angular) {
+  if (pair.flags & core::kSensorPair) {
+    mark(pair, overlaps(patches));
+    pair.manifold_count = 0;
+    return;
+  }
+  Manifold* manifolds = &contacts.manifolds[pair.first_manifold];
+  OldContact old;
+  old.count = pair.manifold_count;
+  for (std::uint32_t i = 0; i < old.count; ++i) old.manifold[i] = manifolds[i];
+
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < patches.count && count < pair.manifold_capacity; ++i) {
+    if (patches.patch[i].count == 0) continue;
+    Manifold& manifold = manifolds[count++];
+    fill(patches.patch[i], linear, angular, manifold);
+    if (const Manifold* before = predecessor(old, manifold.normal)) inherit(*before, manifold);
+  }
+  mark(pair, count > 0);
+  pair.manifold_count = static_cast<std::uint16_t>(count);
+}
+
+}  // namespace skerry::collision

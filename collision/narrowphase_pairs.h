@@ -1,0 +1,45 @@
+// From a pair of colliders to a query in the pair's own frame, and from patches back to manifolds.
+#pragma once
+
+#include "collision/narrowphase_kernels.h"
+#include "core/step_context.h"
+
+namespace skerry::collision {
+
+// Two colliders, in the frame whose origin is the centre of mass of body a.
+struct PairFrame {
+  V3f between;              // m, centre of mass of body b
+  core::Q4f rotation_a, rotation_b;  // shape axes in world axes
+  V3f center_a, center_b;   // m, origins of the shape frames
+  V3f linear, angular;      // see Query
+  float slop, margin;
+  float dt;
+};
+PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair);
+
+// What pair_frame gives, with rotation matrices and, for planes, heights.
+struct PlacedPair {
+  PlacedShape a, b;
+  Query query;
+};
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair);
+
+// The same two seen from the other side: b first.
+PlacedPair swapped(const PlacedPair& pair);
+
+// Patches of one pair, as many as its manifolds may be.
+struct PatchSet {
+  std::uint32_t count = 0;
+  ContactPatch patch[core::kMeshManifolds];
+};
+
+// Writes patches into the pair's manifolds: impulses are carried over from the manifolds they
+// replace by feature, or, for points whose feature is new, from the nearest point that is left.
+// Sets flags and manifold count. `linear`, `angular`: see Query.
+void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,
+                   const V3f& linear, const V3f& angular);
+
+// Forgets the pair's contact.
+void clear_contact(core::ContactPair& pair);
+
+}  // namespace skerry::collision

@@ -1,0 +1,135 @@
+// What all kinds of broadphase share: fat boxes, which of them moved, and the pair list. A kind adds
+// only the structure that finds the boxes which meet a box.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "collision/broadphase.h"
+
+namespace skerry::collision {
+
+class ProxyBroadphase : public Broadphase {
+ public:
+  void add(const core::Bodies& bodies, const core::Colliders& colliders,
+           ColliderIndex collider) final;
+  void remove(ColliderIndex collider) final;
+  void touch(const core::Bodies& bodies, const core::Colliders& colliders,
+             ColliderIndex collider) final;
+  const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
+  void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
+
+  void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
+  void refit(const StepContext& step, Task& task) final;
+  std::uint32_t moved_count() const final { return static_cast<std::uint32_t>(moved_.size()); }
+  void query_pairs(const StepContext& step, IndexRange moved, Task& task) final;
+  void merge_pairs(const StepContext& step) final;
+
+ protected:
+  // -- The structure. It holds bounded proxies only; `fixed` ones are those of fixed bodies.
+  virtual void insert(ColliderIndex collider, const Aabb& box, bool fixed) = 0;
+  virtual void erase(ColliderIndex collider, bool fixed) = 0;
+  virtual void move(ColliderIndex collider, const Aabb& box, bool fixed) = 0;
+  // After the changes of a step, before its queries.
+  virtual void settle() = 0;
+  // Appends those whose box meets this one, in any order. Any number of threads at once.
+  virtual void find(const Aabb& box, bool with_fixed, std::vector<ColliderIndex>& found) const = 0;
+
+ private:
+  enum ProxyFlag : std::uint32_t {
+    kPresent = 1u << 0,
+    kOfDynamic = 1u << 1,
+    kOfKinematic = 1u << 2,
+    kIsSensor = 1u << 3,
+    kIsMesh = 1u << 4,
+    kIsPlane = 1u << 5,  // unbounded: outside the structure, tested against everything
+  };
+  enum Mark : std::uint8_t {
+    kMoved = 1,
+    kTouched = 2,  // more than the box may have changed: its pairs are checked against all rules
+  };
+
+  struct Proxy {
+    std::uint32_t flags = 0;
+    core::BodyIndex body = core::kNone;
+    Filter filter;
+  };
+
+  // Where a body was when its fat boxes were made, and how far it may go from there: while its
+  // centre stays within [-low, +high] of `center`, turning included, the fat boxes hold.
+  struct alignas(64) Leash {
+    double center[3] = {};
+    double orientation[4] = {1, 0, 0, 0};
+    float reach = 0;  // m, farthest that a turn of one radian moves a point of a shape
+    float least = 0;  // m, of low and high: the first cache line decides for a body at rest
+    float low[3] = {}, high[3] = {};  // m
+    std::uint32_t proxies = 0;
+  };
+
+  struct WorkerBuffers {
+    std::vector<std::uint64_t> keys;  // pairs found
+    std::vector<ColliderIndex> candidates;
+  };
+
+  static bool of_fixed(const Proxy& proxy) { return !(proxy.flags & (kOfDynamic | kOfKinematic)); }
+  static bool holds(const Leash& leash, const core::BodyPose& pose, const core::BodyMotion& motion,
+                    double dt);
+  static bool holds_along(const Leash& leash, const core::BodyPose& pose,
+                          const core::BodyMotion& motion, double dt, double free);
+
+  void describe(const core::Bodies& bodies, const core::Colliders& colliders,
+                ColliderIndex collider);
+  void mark(ColliderIndex collider, Mark bits);
+  template <class Visit>
+  void for_proxies_of(const core::Bodies& bodies, const core::Colliders& colliders,
+                      core::BodyIndex body, const Visit& visit) const;
+  void touch_body(const core::Bodies& bodies, const core::Colliders& colliders,
+                  core::BodyIndex body);
+
+  void set_leash(const core::Bodies& bodies, core::BodyIndex body, double dt);
+  Aabb fattened(const core::Bodies& bodies, const core::Collider& collider,
+                core::BodyIndex body) const;
+  bool still_inside(const StepContext& step, core::BodyIndex body);
+  void enlarge(const StepContext& step, core::BodyIndex body);
+
+  void touch_rejoined(const StepContext& step);
+  void touch_quarantined(const StepContext& step);
+  void gather_moved(const StepContext& step);
+
+  bool may_pair(const StepContext& step, const Proxy& a, const Proxy& b) const;
+  void query_one(const StepContext& step, ColliderIndex collider, WorkerBuffers& buffers) const;
+  bool is_pair(ColliderIndex a, ColliderIndex b) const;
+
+  void find_parted(const StepContext& step);
+  void gather_new();
+  core::ContactPair make_pair(const StepContext& step, std::uint64_t key) const;
+  void remove_parted(core::ContactTable& table);
+  void insert_new(const StepContext& step, core::ContactTable& table);
+  void index_pairs(const core::ContactTable& table);
+  void list_active(const StepContext& step);
+
+  std::vector<Aabb> fat_;               // [collider]
+  std::vector<Proxy> proxies_;          // [collider]
+  std::vector<std::uint8_t> marks_;     // [collider]
+  std::vector<ColliderIndex> planes_;   // ascending
+  std::vector<Leash> leashes_;          // [body]
+  std::vector<std::uint8_t> enlarged_;  // [body] 1: new fat boxes in this step
+  double last_dt_ = 1.0 / 60;           // s, for fat boxes made between steps
+
+  std::vector<ColliderIndex> touched_;  // between steps; may repeat
+  std::vector<ColliderIndex> moved_;    // in this step; ascending
+  std::vector<core::BodyIndex> last_awake_;
+  std::vector<std::uint64_t> last_no_collide_;
+
+  // The pair table's keys, compact: partners of collider a are partner_[first_[a], first_[a + 1]).
+  std::vector<std::uint32_t> first_;
+  std::vector<ColliderIndex> partner_;
+
+  std::vector<WorkerBuffers> workers_;
+  std::vector<std::uint64_t> new_keys_;
+  std::vector<core::ContactPair> new_pairs_;
+  std::vector<std::uint32_t> parted_;  // rows of the pair table, ascending
+  bool list_stale_ = true;             // ContactTable::active does not fit the pairs
+};
+
+}  // namespace skerry::collision

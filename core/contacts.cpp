@@ -1,0 +1,34 @@
+#include "core/contacts.h"
+
+#include <algorithm>
+
+#include "core/assert.h"
+
+namespace skerry::core {
+namespace {
+std::vector<std::uint32_t>& free_list(ContactTable& table, std::uint32_t capacity) {
+  SKERRY_ASSERT(capacity == 1 || capacity == kMeshManifolds,
+                "no pool of manifolds of this capacity");
+  return capacity == 1 ? table.free_single : table.free_mesh;
+}
+}  // namespace
+
+std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
+  std::vector<std::uint32_t>& rows = free_list(table, capacity);
+  if (rows.empty()) {
+    const auto first = static_cast<std::uint32_t>(table.manifolds.size());
+    table.manifolds.resize(first + capacity);
+    return first;
+  }
+  const std::uint32_t first = rows.back();
+  rows.pop_back();
+  std::fill_n(table.manifolds.begin() + first, capacity, Manifold{});
+  return first;
+}
+
+void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity) {
+  SKERRY_ASSERT(first + capacity <= table.manifolds.size(), "manifolds from another table");
+  free_list(table, capacity).push_back(first);
+}
+
+}  // namespace skerry::core

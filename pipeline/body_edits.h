@@ -1,0 +1,37 @@
+// Changes to a world's bodies and joints, as the public calls and the posted commands make them.
+// Arguments are checked here (InputError, UsageError; the world is then unchanged).
+#pragma once
+
+#include <skerry/world.h>
+
+#include "core/bodies.h"
+
+namespace skerry::pipeline {
+
+struct WorldData;
+
+BodyId add_body(WorldData& world, const BodyDesc& body);
+void remove_body(WorldData& world, BodyId body);
+
+void set_pose(WorldData& world, BodyId body, const Pose& pose);
+void set_velocity(WorldData& world, BodyId body, const Vec3& linear, const Vec3& angular);
+void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt);
+void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& torque);
+void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec3& offset);
+
+JointId add_joint(WorldData& world, const JointDesc& joint);
+void remove_joint(WorldData& world, JointId joint);
+
+// Throws UsageError if the id is stale or was never given.
+void require(const WorldData& world, BodyId body);
+void require(const WorldData& world, JointId joint);
+
+// Wakes a body, with its island.
+void wake(WorldData& world, core::BodyIndex body);
+// Something that acts everywhere has changed.
+void wake_all(WorldData& world);
+
+// Has the broadphase judge all pairs of a body anew in the next step.
+void touch_all_colliders(WorldData& world, core::BodyIndex body);
+
+}  // namespace skerry::pipeline

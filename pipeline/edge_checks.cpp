@@ -1,0 +1,206 @@
+#include "pipeline/edge_checks.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include <skerry/error.h>
+
+namespace skerry::pipeline {
+namespace {
+
+std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.9g", value);
+  return buffer;
+}
+std::string text(const Vec3& v) {
+  return "(" + text(v.x()) + ", " + text(v.y()) + ", " + text(v.z()) + ")";
+}
+std::string text(const Quat& q) {
+  return "(x " + text(q.x()) + ", y " + text(q.y()) + ", z " + text(q.z()) + ", w " + text(q.w()) +
+         ")";
+}
+
+[[noreturn]] void refuse(const std::string& field, const std::string& rule,
+                         const std::string& value) {
+  throw InputError(field, field + ": must be " + rule + ", got " + value);
+}
+
+bool finite(const Vec3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
+
+void check_material(const std::string& field, double friction, double restitution,
+                    double rolling_resistance) {
+  check_not_negative(field + "friction", friction);
+  check_not_negative(field + "restitution", restitution);
+  if (restitution > 1) refuse(field + "restitution", "at most 1", text(restitution));
+  check_not_negative(field + "rolling_resistance", rolling_resistance);
+}
+
+struct GeometryCheck {
+  const std::string& field;
+  BodyType type;
+
+  void operator()(const Sphere& s) const { check_length(field + ".radius", s.radius); }
+  void operator()(const Capsule& s) const {
+    check_length(field + ".radius", s.radius);
+    check_length(field + ".half_height", s.half_height);
+  }
+  void operator()(const Box& s) const { lengths(".half_extents", s.half_extents); }
+  void operator()(const Cylinder& s) const {
+    check_length(field + ".radius", s.radius);
+    check_length(field + ".half_height", s.half_height);
+  }
+  void operator()(const Cone& s) const {
+    check_length(field + ".radius", s.radius);
+    check_length(field + ".half_height", s.half_height);
+  }
+  void operator()(const Ellipsoid& s) const { lengths(".semi_axes", s.semi_axes); }
+  void operator()(const ConvexHull& s) const {
+    if (s.points.size() < 4) {
+      refuse(field + ".points", "at least 4 points", std::to_string(s.points.size()));
+    }
+    for (std::size_t i = 0; i < s.points.size(); ++i) {
+      check_finite(field + ".points[" + std::to_string(i) + "]", s.points[i]);
+    }
+  }
+  void operator()(const Plane& s) const {
+    if (type == BodyType::dynamic) {
+      throw InputError(field, field + ": a plane belongs to a fixed or kinematic body");
+    }
+    check_unit(field + ".normal", s.normal);
+    check_finite(field + ".offset", s.offset);
+  }
+  void operator()(const TriangleMesh& s) const {
+    if (!s.data) throw InputError(field + ".data", field + ".data: must not be null");
+    if (s.data->triangles.empty()) refuse(field + ".data", "a mesh with triangles", "an empty one");
+    lengths(".scale", s.scale);
+  }
+
+ private:
+  void lengths(const char* name, const Vec3& v) const {
+    const char* axes[] = {".x", ".y", ".z"};
+    for (int i = 0; i < 3; ++i) check_length(field + name + axes[i], v[i]);
+  }
+};
+
+void check_shape(const std::string& field, const Shape& shape, BodyType type) {
+  std::visit(GeometryCheck{field, type}, shape.geometry);
+  check_pose(field + ".local_pose", shape.options.local_pose);
+  if (shape.options.density) check_positive(field + ".density", *shape.options.density);
+  if (const auto& m = shape.options.material) {
+    check_material(field + ".material.", m->friction, m->restitution, m->rolling_resistance);
+  }
+}
+
+}  // namespace
+
+void check_finite(const std::string& field, double value) {
+  if (!std::isfinite(value)) refuse(field, "finite", text(value));
+}
+void check_finite(const std::string& field, const Vec3& value) {
+  if (!finite(value)) refuse(field, "finite", text(value));
+}
+void check_positive(const std::string& field, double value) {
+  if (!std::isfinite(value) || value <= 0) refuse(field, "positive and finite", text(value));
+}
+void check_not_negative(const std::string& field, double value) {
+  if (!std::isfinite(value) || value < 0) refuse(field, "zero or more and finite", text(value));
+}
+void check_length(const std::string& field, double value) {
+  if (!(value >= 1e-6 && value <= 1e7)) {
+    refuse(field, "a length between 1e-6 and 1e7 m", text(value));
+  }
+}
+void check_rotation(const std::string& field, const Quat& value) {
+  const double norm = std::sqrt(value.x() * value.x() + value.y() * value.y() +
+                                value.z() * value.z() + value.w() * value.w());
+  if (!(std::abs(norm - 1) <= 1e-3)) refuse(field, "a unit quaternion", text(value));
+}
+void check_pose(const std::string& field, const Pose& pose) {
+  check_finite(field + ".position", pose.position);
+  check_rotation(field + ".orientation", pose.orientation);
+}
+void check_unit(const std::string& field, const Vec3& value) {
+  if (!finite(value) || !(std::abs(value.norm() - 1) <= 1e-3)) {
+    refuse(field, "a unit vector", text(value));
+  }
+}
+
+void check_settings(const WorldSettings& settings) {
+  check_finite("gravity", settings.gravity);
+  if (settings.workers < 0 || settings.workers > 1024) {
+    refuse("workers", "between 0 (automatic) and 1024", std::to_string(settings.workers));
+  }
+  check_positive("rate_hz", settings.rate_hz);
+  check_not_negative("wait.spin_us", settings.wait.spin_us);
+  const SolverSettings& solver = settings.solver;
+  if (solver.substeps < 1 || solver.substeps > 64) {
+    refuse("solver.substeps", "between 1 and 64", std::to_string(solver.substeps));
+  }
+  check_positive("solver.contact_hertz", solver.contact_hertz);
+  check_not_negative("solver.contact_damping_ratio", solver.contact_damping_ratio);
+  check_not_negative("solver.max_push_velocity", solver.max_push_velocity);
+  check_not_negative("solver.restitution_threshold", solver.restitution_threshold);
+  check_positive("solver.joint_hertz", solver.joint_hertz);
+  check_not_negative("solver.joint_damping_ratio", solver.joint_damping_ratio);
+  check_not_negative("sleep.linear_threshold", settings.sleep.linear_threshold);
+  check_not_negative("sleep.angular_threshold", settings.sleep.angular_threshold);
+  check_positive("sleep.time", settings.sleep.time);
+  if (settings.pool && settings.mode != ThreadingMode::job_system &&
+      settings.mode != ThreadingMode::dedicated_thread_jobs) {
+    throw InputError("pool", std::string("pool: only the job_system modes run on a host's pool, "
+                                         "not ") + to_string(settings.mode));
+  }
+}
+
+void check_body(const BodyDesc& body) {
+  for (std::size_t i = 0; i < body.shapes.size(); ++i) {
+    check_shape("shapes[" + std::to_string(i) + "]", body.shapes[i], body.type);
+  }
+  check_finite("position", body.position);
+  check_rotation("orientation", body.orientation);
+  check_finite("linear_velocity", body.linear_velocity);
+  check_finite("angular_velocity", body.angular_velocity);
+  check_positive("density", body.density);
+  check_material("", body.friction, body.restitution, body.rolling_resistance);
+  check_finite("gravity_scale", body.gravity_scale);
+  check_not_negative("linear_damping", body.linear_damping);
+  check_not_negative("angular_damping", body.angular_damping);
+  if (body.mass) {
+    check_positive("mass.mass", body.mass->mass);
+    if (body.mass->center) check_finite("mass.center", *body.mass->center);
+  }
+  if (body.type == BodyType::fixed &&
+      (body.linear_velocity != Vec3::Zero() || body.angular_velocity != Vec3::Zero())) {
+    throw InputError("linear_velocity", "linear_velocity: a fixed body cannot have a velocity");
+  }
+}
+
+void check_time_step(double dt) {
+  if (!(dt > 0 && dt <= 1)) refuse("dt", "above 0 and at most 1 s", text(dt));
+}
+
+void check_command(const Command& command) {
+  struct Check {
+    void operator()(const Impulse& c) const {
+      check_finite("impulse", c.impulse);
+      if (c.point) check_finite("point", *c.point);
+    }
+    void operator()(const Force& c) const {
+      check_finite("force", c.force);
+      check_finite("torque", c.torque);
+    }
+    void operator()(const SetVelocity& c) const {
+      check_finite("linear", c.linear);
+      check_finite("angular", c.angular);
+    }
+    void operator()(const SetPose& c) const { check_pose("pose", c.pose); }
+    void operator()(const Spawn& c) const { check_body(c.body); }
+    void operator()(const RemoveBody&) const {}
+  };
+  std::visit(Check{}, command);
+}
+
+}  // namespace skerry::pipeline

@@ -1,0 +1,34 @@
+// Checks at the API edge. Each throws InputError naming the field and the value.
+#pragma once
+
+#include <string>
+
+#include <skerry/body.h>
+#include <skerry/commands.h>
+#include <skerry/joints.h>
+#include <skerry/settings.h>
+
+namespace skerry::pipeline {
+
+void check_finite(const std::string& field, double value);
+void check_finite(const std::string& field, const Vec3& value);
+// Finite and > 0.
+void check_positive(const std::string& field, double value);
+// Finite and >= 0.
+void check_not_negative(const std::string& field, double value);
+// A length of a shape: between a micrometre and 10,000 km, the range that single precision kernels
+// can tell apart.
+void check_length(const std::string& field, double value);
+// Unit to 1e-3.
+void check_rotation(const std::string& field, const Quat& value);
+void check_pose(const std::string& field, const Pose& pose);
+void check_unit(const std::string& field, const Vec3& value);
+
+void check_settings(const WorldSettings& settings);
+// Everything about a body that can be said without building its geometry.
+void check_body(const BodyDesc& body);
+void check_time_step(double dt);
+// The values in a command, not whether its body exists.
+void check_command(const Command& command);
+
+}  // namespace skerry::pipeline

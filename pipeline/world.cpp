@@ -1,0 +1,449 @@
+// The public face: every call checks what the world is doing and what it was given, then hands over.
+#include <skerry/world.h>
+
+#include <algorithm>
+#include <utility>
+#include "pipeline/body_edits.h"
+#include "pipeline/edge_checks.h"
+#include "pipeline/measure.h"
+#include "pipeline/simulation_thread.h"
+#include "pipeline/threading_mode.h"
+#include "pipeline/world_data.h"
+#include "solver/joint_solver.h"
+
+namespace skerry {
+
+using pipeline::Activity;
+using pipeline::require;
+using pipeline::require_idle;
+
+struct World::Impl : pipeline::WorldData {
+  explicit Impl(const WorldSettings& world_settings);
+  ~Impl();
+
+  void begin(double dt);
+  void end();
+  void make_step(double dt);
+
+  // For the modes that have one.
+  std::unique_ptr<pipeline::SimulationThread> thread;
+  double thread_dt = 0;  // s, of the steps the thread makes
+};
+
+namespace {
+
+const WorldSettings& checked(const WorldSettings& settings) {
+  pipeline::check_settings(settings);
+  return settings;
+}
+
+// Milliseconds, counts and names from the run, into storage that exists already.
+void fill_times(const jobs::RunReport& run, StepReport& report) {
+  report.step_ms = 1e-6 * double(run.end_ns - run.begin_ns);
+  report.blocked_ms = 1e-6 * double(run.blocked_ns);
+  report.helped_ms = 1e-6 * double(run.helped_ns);
+  report.stage_count = static_cast<std::uint32_t>(run.stages.size());
+  for (std::uint32_t i = 0; i < report.stage_count; ++i) {
+    const jobs::StageTiming& stage = run.stages[i];
+    report.stage_storage[i] = {stage.name, 1e-6 * double(stage.end_ns - stage.begin_ns),
+                               1e-6 * double(stage.busy_ns), stage.tasks};
+  }
+}
+
+void fill_counts(const pipeline::WorldData& world, StepReport& report) {
+  report.bodies = static_cast<std::uint32_t>(world.ids.size());
+  report.awake_bodies = static_cast<std::uint32_t>(world.bodies.awake.size());
+  report.shapes = static_cast<std::uint32_t>(world.colliders.rows.size() -
+                                             world.colliders.free_rows.size());
+  report.joints = static_cast<std::uint32_t>(world.joints.rows.size() -
+                                             world.joints.free_rows.size());
+  report.pairs = static_cast<std::uint32_t>(world.contacts.pairs.size());
+  report.contacts = static_cast<std::uint32_t>(world.islands.contacts.size());
+  report.islands = static_cast<std::uint32_t>(world.islands.islands.size());
+  report.largest_island = 0;
+  for (const core::Island& island : world.islands.islands) {
+    report.largest_island = std::max(report.largest_island, island.body_count);
+  }
+  const auto counts = collision::take_counts(*world.narrowphase);
+  report.fallback_pairs = counts.fallback_pairs;
+  if (counts.fallback_failures > 0) {
+    report.warnings.push_back(std::to_string(counts.fallback_failures) +
+                              " pairs got no usable answer from the narrowphase fallback");
+  }
+}
+
+}  // namespace
+
+World::Impl::Impl(const WorldSettings& world_settings) : WorldData(checked(world_settings)) {
+  if (!pipeline::has_simulation_thread(settings.mode)) return;
+  thread_dt = 1 / settings.rate_hz;
+  thread = std::make_unique<pipeline::SimulationThread>(settings.rate_hz, settings.block_policy,
+                                                        [this] { make_step(thread_dt); });
+}
+
+World::Impl::~Impl() {
+  thread.reset();
+  if (in_flight) {
+    try {
+      executor->end();
+    } catch (...) {  // nobody is left to tell
+    }
+  }
+}
+
+void World::Impl::begin(double dt) {
+  report.warnings.clear();
+  context.dt = dt;
+  context.time = time;
+  in_flight = true;
+  executor->begin(graph, static_cast<pipeline::WorldData*>(this), {.stop = {}, .report = &run});
+}
+
+void World::Impl::end() {
+  in_flight = false;
+  executor->end();
+  ++step_count;
+  time += context.dt;
+  report.step = step_count;
+  report.dt = context.dt;
+  report.time = time;
+  fill_times(run, report);
+  fill_counts(*this, report);
+}
+
+void World::Impl::make_step(double dt) {
+  begin(dt);
+  end();
+  callback_errors.rethrow();
+}
+
+World::World(const WorldSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+const WorldSettings& World::settings() const { return impl_->settings; }
+
+// -- Bodies -----------------------------------------------------------------------------------------
+
+BodyId World::add_body(const BodyDesc& body) {
+  require_idle(*impl_, "add_body");
+  return pipeline::add_body(*impl_, body);
+}
+void World::remove_body(BodyId body) {
+  require_idle(*impl_, "remove_body");
+  pipeline::remove_body(*impl_, body);
+}
+bool World::contains(BodyId body) const {
+  require_idle(*impl_, "contains");
+  return impl_->bodies.alive(body);
+}
+std::size_t World::body_count() const {
+  require_idle(*impl_, "body_count");
+  return impl_->bodies.rows() - impl_->bodies.free_rows.size();
+}
+
+BodyType World::type(BodyId body) const {
+  require_idle(*impl_, "type");
+  require(*impl_, body);
+  if (impl_->bodies.is(body.index, core::kDynamic)) return BodyType::dynamic;
+  return impl_->bodies.is(body.index, core::kKinematic) ? BodyType::kinematic : BodyType::fixed;
+}
+Pose World::pose(BodyId body) const {
+  require_idle(*impl_, "pose");
+  require(*impl_, body);
+  return core::body_frame(impl_->bodies.pose[body.index],
+                          impl_->bodies.mass[body.index].local_center);
+}
+Vec3 World::center_of_mass(BodyId body) const {
+  require_idle(*impl_, "center_of_mass");
+  require(*impl_, body);
+  return impl_->bodies.pose[body.index].center;
+}
+Vec3 World::linear_velocity(BodyId body) const {
+  require_idle(*impl_, "linear_velocity");
+  require(*impl_, body);
+  return impl_->bodies.motion[body.index].linear;
+}
+Vec3 World::angular_velocity(BodyId body) const {
+  require_idle(*impl_, "angular_velocity");
+  require(*impl_, body);
+  return impl_->bodies.motion[body.index].angular;
+}
+Vec3 World::angular_momentum(BodyId body) const {
+  require_idle(*impl_, "angular_momentum");
+  require(*impl_, body);
+  return impl_->bodies.motion[body.index].angular_momentum;
+}
+double World::mass(BodyId body) const {
+  require_idle(*impl_, "mass");
+  require(*impl_, body);
+  return impl_->bodies.mass[body.index].mass;
+}
+Mat3 World::inertia(BodyId body) const {
+  require_idle(*impl_, "inertia");
+  require(*impl_, body);
+  return impl_->bodies.mass[body.index].inertia_b;
+}
+bool World::awake(BodyId body) const {
+  require_idle(*impl_, "awake");
+  require(*impl_, body);
+  return impl_->bodies.is(body.index, core::kAwake);
+}
+std::uint64_t World::user_data(BodyId body) const {
+  require_idle(*impl_, "user_data");
+  require(*impl_, body);
+  return impl_->bodies.user_data[body.index];
+}
+
+void World::set_pose(BodyId body, const Pose& pose) {
+  require_idle(*impl_, "set_pose");
+  pipeline::set_pose(*impl_, body, pose);
+}
+void World::set_velocity(BodyId body, const Vec3& linear, const Vec3& angular) {
+  require_idle(*impl_, "set_velocity");
+  pipeline::set_velocity(*impl_, body, linear, angular);
+}
+void World::move_kinematic(BodyId body, const Pose& target, double dt) {
+  require_idle(*impl_, "move_kinematic");
+  pipeline::check_time_step(dt);
+  pipeline::move_kinematic(*impl_, body, target, dt);
+}
+void World::apply_force(BodyId body, const Vec3& force, const Vec3& torque) {
+  require_idle(*impl_, "apply_force");
+  pipeline::apply_force(*impl_, body, force, torque);
+}
+void World::apply_force_at(BodyId body, const Vec3& force, const Vec3& world_point) {
+  require_idle(*impl_, "apply_force_at");
+  pipeline::check_finite("world_point", world_point);
+  const Vec3 offset = world_point - center_of_mass(body);
+  pipeline::apply_force(*impl_, body, force, offset.cross(force));
+}
+void World::apply_impulse(BodyId body, const Vec3& impulse) {
+  require_idle(*impl_, "apply_impulse");
+  pipeline::apply_impulse(*impl_, body, impulse, Vec3::Zero());
+}
+void World::apply_impulse_at(BodyId body, const Vec3& impulse, const Vec3& world_point) {
+  require_idle(*impl_, "apply_impulse_at");
+  pipeline::apply_impulse(*impl_, body, impulse, world_point - center_of_mass(body));
+}
+void World::wake(BodyId body) {
+  require_idle(*impl_, "wake");
+  require(*impl_, body);
+  pipeline::wake(*impl_, body.index);
+}
+
+// -- Joints and forces ------------------------------------------------------------------------------
+
+JointId World::add_joint(const JointDesc& joint) {
+  require_idle(*impl_, "add_joint");
+  return pipeline::add_joint(*impl_, joint);
+}
+void World::remove_joint(JointId joint) {
+  require_idle(*impl_, "remove_joint");
+  pipeline::remove_joint(*impl_, joint);
+}
+bool World::contains(JointId joint) const {
+  require_idle(*impl_, "contains");
+  const auto& rows = impl_->joints.rows;
+  return joint.index < rows.size() && rows[joint.index].alive &&
+         rows[joint.index].generation == joint.generation;
+}
+std::size_t World::joint_count() const {
+  require_idle(*impl_, "joint_count");
+  return impl_->joints.rows.size() - impl_->joints.free_rows.size();
+}
+double World::hinge_angle(JointId joint) const {
+  require_idle(*impl_, "hinge_angle");
+  require(*impl_, joint);
+  const core::Joint& row = impl_->joints.rows[joint.index];
+  if (row.type != core::JointType::hinge) {
+    throw UsageError("joint " + std::to_string(joint.index) + " is not a hinge: it has no angle");
+  }
+  return solver::hinge_angle(row, impl_->bodies);
+}
+
+ForceFieldId World::add_force_field(ForceField field) {
+  require_idle(*impl_, "add_force_field");
+  if (!field) throw InputError("field", "field: must be callable, got an empty function");
+  core::ForceFields& fields = impl_->fields;
+  std::uint32_t row = 0;
+  while (row < fields.rows.size() && fields.rows[row]) ++row;
+  if (row == fields.rows.size()) {
+    fields.rows.emplace_back();
+    fields.generation.push_back(0);
+  }
+  fields.rows[row] = std::move(field);
+  pipeline::wake_all(*impl_);
+  return {row, fields.generation[row]};
+}
+void World::remove_force_field(ForceFieldId field) {
+  require_idle(*impl_, "remove_force_field");
+  core::ForceFields& fields = impl_->fields;
+  if (field.index >= fields.rows.size() || !fields.rows[field.index] ||
+      fields.generation[field.index] != field.generation) {
+    throw UsageError("force field " + std::to_string(field.index) + " is not in this world");
+  }
+  fields.rows[field.index] = nullptr;
+  ++fields.generation[field.index];
+  pipeline::wake_all(*impl_);
+}
+
+// -- Stepping ---------------------------------------------------------------------------------------
+
+StepReport World::step(double dt) {
+  PendingStep pending = begin_step(dt);
+  return end_step(pending);
+}
+
+PendingStep World::begin_step(double dt) {
+  require_idle(*impl_, "begin_step");
+  pipeline::check_time_step(dt);
+  impl_->activity = Activity::stepping;
+  try {
+    impl_->begin(dt);
+  } catch (...) {
+    impl_->activity = Activity::idle;
+    impl_->in_flight = false;
+    throw;
+  }
+  return PendingStep(impl_->step_count + 1);
+}
+
+StepReport World::end_step(PendingStep& pending) {
+  if (!impl_->in_flight || pending.step_ != impl_->step_count + 1) {
+    throw UsageError("end_step: step " + std::to_string(pending.step_) +
+                     " is not in progress; was it ended already?");
+  }
+  try {
+    impl_->end();
+  } catch (...) {
+    impl_->activity = Activity::idle;
+    throw;
+  }
+  impl_->activity = Activity::idle;
+  impl_->callback_errors.rethrow();
+  return impl_->report;
+}
+
+StepReport World::run_steps(std::uint64_t count, double dt) {
+  require_idle(*impl_, "run_steps");
+  pipeline::check_time_step(dt);
+  if (!impl_->thread) {
+    for (std::uint64_t i = 0; i < count; ++i) step(dt);
+    return impl_->report;
+  }
+  const double rate_dt = std::exchange(impl_->thread_dt, dt);
+  impl_->activity = Activity::stepping;
+  const auto restore = [&] {
+    impl_->activity = Activity::idle;
+    impl_->thread_dt = rate_dt;
+  };
+  try {
+    impl_->thread->run(count);
+  } catch (...) {
+    restore();
+    throw;
+  }
+  restore();
+  return impl_->report;
+}
+
+void World::post(Command command) {
+  pipeline::check_command(command);
+  const std::lock_guard lock(impl_->inbox_mutex);
+  impl_->inbox.push_back(std::move(command));
+}
+
+// -- Dedicated thread -------------------------------------------------------------------------------
+
+void World::start() {
+  require_idle(*impl_, "start");
+  if (!impl_->thread) {
+    throw UsageError(std::string("start() needs a dedicated_thread mode, this world is ") +
+                     to_string(impl_->settings.mode));
+  }
+  pipeline::refresh_rows(*impl_);
+  if (impl_->snapshots.want()) {
+    impl_->snapshots.publish(impl_->step_count, impl_->time, impl_->ids, impl_->transforms);
+  }
+  impl_->activity = Activity::running;
+  impl_->thread->start(impl_->time);
+}
+
+void World::stop() {
+  if (impl_->activity != Activity::running) throw UsageError("stop() without start()");
+  try {
+    impl_->thread->stop();
+  } catch (...) {
+    impl_->activity = Activity::idle;
+    throw;
+  }
+  impl_->activity = Activity::idle;
+}
+
+bool World::running() const { return impl_->activity == Activity::running; }
+
+Snapshot World::latest(SnapshotView view) {
+  if (impl_->activity == Activity::running) {
+    impl_->thread->wait_for_due();
+    return impl_->snapshots.latest(view, impl_->thread_dt, impl_->thread->epoch_ns());
+  }
+  if (impl_->snapshots.want() && impl_->activity == Activity::idle) {
+    pipeline::refresh_rows(*impl_);
+    impl_->snapshots.publish(impl_->step_count, impl_->time, impl_->ids, impl_->transforms);
+  }
+  return impl_->snapshots.latest(view, impl_->context.dt > 0 ? impl_->context.dt : 1, -1);
+}
+
+std::uint64_t World::dropped_steps() const { return impl_->thread ? impl_->thread->dropped() : 0; }
+
+// -- Out --------------------------------------------------------------------------------------------
+
+std::span<const BodyId> World::bodies() const {
+  require_idle(*impl_, "bodies");
+  pipeline::refresh_rows(*impl_);
+  return impl_->ids;
+}
+std::span<const Pose> World::transforms() const {
+  require_idle(*impl_, "transforms");
+  pipeline::refresh_rows(*impl_);
+  return impl_->transforms;
+}
+std::span<const std::uint32_t> World::changed() const {
+  require_idle(*impl_, "changed");
+  pipeline::refresh_rows(*impl_);
+  return impl_->changed;
+}
+std::span<const ContactEvent> World::contact_events() const {
+  require_idle(*impl_, "contact_events");
+  return impl_->events;
+}
+const StepReport& World::last_report() const {
+  require_idle(*impl_, "last_report");
+  return impl_->report;
+}
+std::span<const jobs::TaskRecord> World::last_tasks() const {
+  require_idle(*impl_, "last_tasks");
+  return impl_->run.tasks;
+}
+Measures World::measure() const {
+  require_idle(*impl_, "measure");
+  return pipeline::measure(*impl_);
+}
+std::uint64_t World::state_hash() const {
+  require_idle(*impl_, "state_hash");
+  return pipeline::state_hash(*impl_);
+}
+double World::time() const {
+  require_idle(*impl_, "time");
+  return impl_->time;
+}
+std::uint64_t World::step_count() const {
+  require_idle(*impl_, "step_count");
+  return impl_->step_count;
+}
+
+void World::wake_workers() { impl_->executor->wake(); }
+
+}  // namespace skerry

@@ -1,0 +1,33 @@
+// What the built-in scenes are made of, and the functions that make them.
+#pragma once
+
+#include <cstdint>
+
+#include "scenes/scene.h"
+
+namespace skerry::scenes {
+
+BodyDesc fixed_box(const Vec3& half_extents, const Vec3& position);
+BodyDesc dynamic_body(Shape shape, const Vec3& position, double density = 1000);
+
+// Static box with its top face at y = 0, half height 1.
+void add_floor(SceneDesc& scene, double half_x, double half_z);
+// Floor and four walls 1 m thick on it, their inner faces at +-width/2.
+void add_pit(SceneDesc& scene, double width, double wall_height);
+
+// The seven common scenes: bodies, order and jitter are fixed by docs/scenes.md.
+SceneDesc make_large_pyramid(std::uint64_t seed);
+SceneDesc make_many_pyramids(std::uint64_t seed);
+SceneDesc make_box_pile(std::uint64_t seed);
+SceneDesc make_box_bricks(std::uint64_t seed);
+SceneDesc make_sphere_rain(std::uint64_t seed);
+SceneDesc make_convex_pile(std::uint64_t seed);
+SceneDesc make_islands(std::uint64_t seed);
+
+SceneDesc make_tiny(std::uint64_t seed);
+SceneDesc make_mixed(std::uint64_t seed);
+SceneDesc make_mesh_terrain(std::uint64_t seed);
+SceneDesc make_chains(std::uint64_t seed);
+SceneDesc make_gallery(std::uint64_t seed);
+
+}  // namespace skerry::scenes

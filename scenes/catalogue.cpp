@@ -1,0 +1,51 @@
+#include "scenes/catalogue.h"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "scenes/builders.h"
+#include "scenes/near_names.h"
+
+namespace skerry::scenes {
+namespace {
+
+constexpr CatalogueEntry kCatalogue[] = {
+    {"large_pyramid", "5050 touching cubes in one flat pyramid: one island", make_large_pyramid},
+    {"many_pyramids", "196 pyramids of 55 cubes", make_many_pyramids},
+    {"box_pile", "4096 cubes falling in columns into a pit", make_box_pile},
+    {"box_bricks", "4096 cubes falling like bricks, each on four: one island", make_box_bricks},
+    {"sphere_rain", "8000 spheres falling into a pit", make_sphere_rain},
+    {"convex_pile", "2000 icosahedra falling into a pit", make_convex_pile},
+    {"islands", "4096 stacks of 5 cubes", make_islands},
+    {"tiny", "20 boxes and spheres", make_tiny},
+    {"mixed", "512 mixed bodies, chains, a sensor, bodies removed, pushed and added", make_mixed},
+    {"mesh_terrain", "600 mixed bodies on a wavy mesh of 12800 triangles", make_mesh_terrain},
+    {"chains", "64 chains of 10 capsules, ball and hinge joints, over bars", make_chains},
+    {"gallery", "every kind of shape on a plane", make_gallery},
+};
+
+}  // namespace
+
+std::span<const CatalogueEntry> catalogue() { return kCatalogue; }
+
+const CatalogueEntry* find_entry(std::string_view name) {
+  for (const CatalogueEntry& entry : kCatalogue) {
+    if (name == entry.name) return &entry;
+  }
+  return nullptr;
+}
+
+SceneDesc make_scene(std::string_view name, std::uint64_t seed) {
+  if (const CatalogueEntry* entry = find_entry(name)) {
+    SceneDesc scene = entry->make(seed);
+    scene.name = entry->name;
+    scene.description = entry->description;
+    return scene;
+  }
+  std::vector<std::string> names;
+  for (const CatalogueEntry& entry : kCatalogue) names.emplace_back(entry.name);
+  throw std::out_of_range("unknown scene '" + std::string(name) + "'" + did_you_mean(name, names));
+}
+
+}  // namespace skerry::scenes

@@ -1,0 +1,111 @@
+#include "scenes/scene_format.h"
+
+#include <algorithm>
+#include <string>
+
+#include "scenes/near_names.h"
+
+namespace skerry::scenes {
+namespace {
+
+using Names = std::vector<std::string_view>;
+
+Names operator+(Names a, const Names& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+std::vector<ObjectSpec> make_specs() {
+  const Names surface = {"material", "density", "friction", "restitution", "rolling_resistance"};
+  const Names shape =
+      Names{"position", "orientation", "category", "mask", "group", "sensor"} + surface;
+  const Names placed = {"name", "position", "orientation"};
+  const Names body = Names{"type",  "shapes",        "linear_velocity", "angular_velocity",
+                           "mass",  "gravity_scale", "linear_damping",  "angular_damping",
+                           "locks", "allow_sleep",   "awake",           "user_data"} +
+                     surface + placed;
+  return {
+      {"scene",
+       {"format", "version"},
+       {"$schema", "name", "description", "gravity", "dt", "substeps", "steps", "warmup", "sleep",
+        "seed", "materials", "meshes", "prefabs", "bodies", "joints", "force_fields", "events"}},
+      {"material", {}, {"friction", "restitution", "rolling_resistance", "density"}},
+      {"mesh", {"file"}, {"scale", "weld", "manifold"}},
+      {"prefab", {"bodies"}, {"joints"}},
+
+      // What may stand in a list of bodies.
+      {"body", {}, body},
+      {"instance", {"prefab"}, placed},
+      {"grid_item", {"grid", "of"}, placed},
+      {"stack_item", {"stack", "of"}, placed},
+      {"pile_item", {"pile", "of"}, placed},
+      {"grid", {"count", "spacing"}, {"jitter", "seed"}},
+      {"stack", {"count", "offset"}, {"turn_degrees", "jitter", "seed"}},
+      {"pile", {"count", "columns", "spacing"}, {"jitter", "turn", "seed"}},
+
+      {"sphere", {"type", "radius"}, Names{"hollow"} + shape},
+      {"capsule", {"type", "radius", "half_height"}, shape},
+      {"box", {"type", "half_extents"}, shape},
+      {"cylinder", {"type", "radius", "half_height"}, shape},
+      {"cone", {"type", "radius", "half_height"}, shape},
+      {"ellipsoid", {"type", "semi_axes"}, shape},
+      {"convex_hull", {"type"}, Names{"points", "mesh", "scale"} + shape},
+      {"plane", {"type"}, Names{"normal", "offset"} + shape},
+      {"mesh_shape", {"type", "mesh"}, Names{"scale"} + shape},
+
+      {"axis_angle", {"axis", "degrees"}, {}},
+      {"euler", {"euler_degrees"}, {}},
+      {"mass", {"mass"}, {"center", "inertia"}},
+      {"locks", {}, {"translation", "rotation"}},
+
+      {"ball", {"type", "a", "b", "anchor"}, {"collide"}},
+      {"hinge", {"type", "a", "b", "anchor", "axis"}, {"limits_degrees", "motor", "collide"}},
+      {"motor", {"speed", "max_torque"}, {}},
+
+      {"uniform", {"type"}, {"acceleration", "force", "bodies"}},
+      {"drag", {"type"}, {"linear", "quadratic", "bodies"}},
+      {"attractor", {"type", "point", "strength"}, {"softening", "bodies"}},
+      {"spring", {"type", "anchor", "stiffness"}, {"damping", "bodies"}},
+      {"wind", {"type", "velocity", "drag"}, {"gust", "bodies"}},
+      {"gust", {"amplitude", "period"}, {}},
+
+      {"impulse_event", {"step", "impulse"}, {}},
+      {"spawn_event", {"step", "spawn"}, {}},
+      {"remove_event", {"step", "remove"}, {}},
+      {"impulse", {"body", "impulse"}, {"point"}},
+      {"remove", {"body"}, {}},
+  };
+}
+
+const ObjectSpec& spec_of(std::string_view kind) {
+  const auto specs = object_specs();
+  return *std::find_if(specs.begin(), specs.end(),
+                       [&](const ObjectSpec& spec) { return spec.name == kind; });
+}
+
+bool contains(const Names& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+std::span<const ObjectSpec> object_specs() {
+  static const std::vector<ObjectSpec> kSpecs = make_specs();
+  return kSpecs;
+}
+
+void check_object(const JsonNode& node, std::string_view kind) {
+  if (node.kind != JsonKind::object) node.refuse("an object");
+  const ObjectSpec& spec = spec_of(kind);
+  for (const JsonNode* member : node.children) {
+    if (contains(spec.required, member->key) || contains(spec.optional, member->key)) continue;
+    std::vector<std::string> known(spec.required.begin(), spec.required.end());
+    known.insert(known.end(), spec.optional.begin(), spec.optional.end());
+    member->fail("unknown field" + did_you_mean(member->key, known));
+  }
+  for (const std::string_view name : spec.required) {
+    if (!node.find(name)) node.fail(std::string("\"").append(name).append("\" is missing"));
+  }
+}
+
+}  // namespace skerry::scenes

@@ -1,0 +1,187 @@
+// Contacts as the kernels see them: blocks of W manifolds side by side, one float per lane and slot,
+// in the contact space of docs/solver.md.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "core/vec.h"
+#include "solver/solver_body.h"
+
+namespace skerry::solver {
+
+inline constexpr std::uint32_t kMaxWidth = 16;  // lanes of the widest kernels
+
+// Which kernel solves a manifold. A property of the manifold and its two bodies alone, so that
+// neither width nor neighbours can change it.
+enum class ContactKind : std::uint8_t {
+  points4,       // up to four points
+  point1,        // one point: no twist
+  points4_full,  // with axis locks, rolling resistance or restitution
+  point1_full,
+};
+inline constexpr std::uint32_t kContactKinds = 4;
+
+// Soft constraint of a substep (Catto, "Soft Constraints", GDC 2011).
+struct Softness {
+  float bias_rate;      // 1/s, of the error to remove
+  float mass_scale;     // of the effective mass
+  float impulse_scale;  // of the accumulated impulse that leaks away
+};
+
+// What a body needs beside SolverBodies to integrate its velocity over a substep.
+struct alignas(64) SpinRow {
+  core::V3f angular_acceleration;  // rad/s^2, of external torques
+  float linear_factor;             // of damping over a substep; 1: none
+  float inertia[6];                // kg m^2, world, at the start of the step: xx xy xz yy yz zz
+  float angular_factor;
+  float gyroscopic;                // 1: integrate omega x (I omega); 0: isotropic or locked
+};
+
+// Constants and body rows of all passes over one group.
+struct ContactPass {
+  VelocityRow* velocity = nullptr;
+  VelocityRow* start = nullptr;  // velocities at the start of the step
+  DeltaRow* delta = nullptr;
+  const MassRow* mass = nullptr;
+  const BaseRow* base = nullptr;
+  const SpinRow* spin = nullptr;
+  std::uint32_t dynamic_end = 1;  // rows [1, dynamic_end) are written, no others
+
+  float substep = 0;      // s
+  float inv_substep = 0;  // 1/s
+  float max_push = 0;     // m/s
+  float restitution_threshold = 0;  // m/s
+  Softness soft = {};        // between two dynamic bodies
+  Softness soft_fixed = {};  // if one of them cannot be moved
+};
+
+// One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.
+struct alignas(64) LaneInput {
+  const float* manifold[kMaxWidth];  // core::Manifold
+  std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
+  float count[kMaxWidth];            // points
+  float offset[3][kMaxWidth];        // m, centre of b from centre of a
+  float impulse[4][kMaxWidth];       // N s, of the points, warm start; 0 beyond count
+  float friction[kMaxWidth], restitution[kMaxWidth], rolling[kMaxWidth];
+  // Inverse mass per axis, for the full kinds.
+  float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
+};
+
+// And out of them.
+struct alignas(64) LaneOutput {
+  float impulse[4][kMaxWidth];
+  float friction[3][kMaxWidth];  // N s, world, on b
+  float twist[kMaxWidth];
+  float rolling[3][kMaxWidth];   // N m s, world, on b
+  float total[kMaxWidth];        // N s along the normal over the step
+  float approach[kMaxWidth];     // m/s
+  // Sums over the step, restitution included.
+  float push[3][kMaxWidth];      // N s, world, on b
+  float torque[3][kMaxWidth];    // N m s, world, on b about the centre of a
+};
+
+template <int W>
+struct alignas(4 * W) Lanes {
+  float v[W];
+};
+
+// Slots that depend on the number of points.
+template <int W, int P>
+struct PointLanes {
+  Lanes<W> u[P], v[P];     // m, along the tangents, from the contact centre
+  Lanes<W> coupling[6];    // inverse mass between points 01 02 03 12 13 23
+  Lanes<W> mass[P];        // effective mass along the normal; 0 beyond the manifold's points
+  Lanes<W> separation[P];  // m at the start of the step
+  Lanes<W> impulse[P];     // N s, of the present substep
+};
+template <int W>
+struct PointLanes<W, 1> {
+  Lanes<W> mass[1], separation[1], impulse[1];
+};
+
+// Velocity change by the impulses solved before it in the relax pass, per unit impulse.
+template <int W, int P>
+struct FrictionLanes {
+  Lanes<W> from_normal[2][3];  // tangent velocities from F, T1, T2
+  Lanes<W> inverse[3];         // inverse of their 2x2 inverse mass: 11 12 22
+  Lanes<W> slide_mass;         // 1 / its largest eigenvalue
+  Lanes<W> twist_from[5];      // from F, T1, T2, friction 1, friction 2
+  Lanes<W> twist_mass;
+  Lanes<W> lever[P];           // m, of the points
+  Lanes<W> impulse[3];         // friction 1, friction 2, twist
+  Lanes<W> coefficient;
+  Lanes<W> sum[6];             // over the substeps: F, friction 1, friction 2, T1, T2, twist
+};
+template <int W>
+struct FrictionLanes<W, 1> {
+  Lanes<W> from_normal[2][1];
+  Lanes<W> inverse[3];
+  Lanes<W> slide_mass;
+  Lanes<W> impulse[2];
+  Lanes<W> coefficient;
+  Lanes<W> sum[3];
+};
+
+template <int W, int P, bool kFull>
+struct FullLanes {
+  Lanes<W> inv_mass_a, inv_mass_b;
+};
+template <int W, int P>
+struct FullLanes<W, P, true> {
+  Lanes<W> inv_mass_a[3], inv_mass_b[3];
+  Lanes<W> bounce[P];       // m^2/s^2, square of the wanted speed of departure at touch; 0: none
+  Lanes<W> max_impulse[P];  // N s, over the substeps
+  Lanes<W> acceleration;    // m/s^2, relative, external, along the normal
+  Lanes<W> rolling_inverse[3], rolling_slide_mass;
+  Lanes<W> rolling_impulse[2], rolling_coefficient, rolling_sum[2];
+};
+
+template <int W, int P, bool kFull>
+struct alignas(64) ContactBlock {
+  std::uint32_t row_a[W], row_b[W];
+  Lanes<W> normal[3], arm_a[3], arm_b[3];  // arms: contact centre from the centres of mass
+  Lanes<W> inertia_a[6], inertia_b[6];     // inverse, world: xx xy xz yy yz zz
+  Lanes<W> tangent[3];                     // the first; the second is normal x tangent
+  FullLanes<W, P, kFull> full;
+  PointLanes<W, P> points;
+  FrictionLanes<W, P> friction;
+  Lanes<W> approach;  // m/s
+};
+
+// The kernels read rows as floats.
+static_assert(sizeof(VelocityRow) == 32 && sizeof(DeltaRow) == 32 && sizeof(MassRow) == 32 &&
+              sizeof(BaseRow) == 32 && sizeof(SpinRow) == 64);
+
+// One width's kernels; the same bits from every one of them.
+struct ContactKernels {
+  struct OfKind {
+    std::size_t block_bytes;
+    void (*prepare)(const ContactPass& pass, const LaneInput& input, void* block);
+    // Over `count` consecutive blocks of one colour.
+    void (*warm_start)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*solve)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*relax)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*store)(const void* block, LaneOutput& output);
+  };
+  const char* name;
+  std::uint32_t width;
+  OfKind kind[kContactKinds];
+  // Rows [begin, end), both multiples of kMaxWidth.
+  void (*integrate_velocities)(const ContactPass& pass, std::uint32_t begin, std::uint32_t end);
+  void (*integrate_positions)(const ContactPass& pass, std::uint32_t begin, std::uint32_t end);
+};
+
+// Scalar lanes, no SIMD: the reference. Widths 1 and 16; null for others.
+const ContactKernels* reference_kernels(std::uint32_t width);
+
+// The widest kernels this machine can run. Any thread.
+const ContactKernels* best_kernels();
+
+// Every SIMD kernel this machine can run, widest first, null-terminated. For tests and benchmarks:
+// not while another thread dispatches.
+const ContactKernels* const* simd_kernels();
+
+}  // namespace skerry::solver

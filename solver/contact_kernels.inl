@@ -1,0 +1,864 @@
+// The contact kernels, written once over a lane type L (see reference_lanes.h). Included inside a
+// namespace, once per instruction set; no function here may come from outside it. SKERRY_LANE is what
+// the functions are declared with. Maths and names: docs/solver.md. Every choice is made per lane; whole-block shortcuts only where all lanes would
+// keep their value anyway.
+
+template <class L>
+struct KernelsOf {
+  using F = typename L::F;
+  using M = typename L::M;
+  static constexpr int W = L::kWidth;
+
+  struct V {
+    F x, y, z;
+  };
+  struct Velocity {
+    V linear, angular;
+  };
+  struct Sym {
+    F xx, xy, xz, yy, yz, zz;
+  };
+
+  SKERRY_LANE V add(const V& a, const V& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  SKERRY_LANE V sub(const V& a, const V& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  SKERRY_LANE V mul(const V& a, const F& s) { return {a.x * s, a.y * s, a.z * s}; }
+  SKERRY_LANE V mul(const V& a, const V& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+  SKERRY_LANE F dot(const V& a, const V& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+  SKERRY_LANE V cross(const V& a, const V& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  SKERRY_LANE V mul(const Sym& m, const V& v) {
+    return {(m.xx * v.x + m.xy * v.y) + m.xz * v.z, (m.xy * v.x + m.yy * v.y) + m.yz * v.z,
+            (m.xz * v.x + m.yz * v.y) + m.zz * v.z};
+  }
+  SKERRY_LANE V select(const M& m, const V& yes, const V& no) {
+    return {L::select(m, yes.x, no.x), L::select(m, yes.y, no.y), L::select(m, yes.z, no.z)};
+  }
+  SKERRY_LANE F zero() { return L::set(0.0f); }
+  // 1 / x, or 0 where x is not positive.
+  SKERRY_LANE F inverse_or_zero(const F& x) {
+    return L::select(L::less(zero(), x), L::set(1.0f) / x, zero());
+  }
+
+  SKERRY_LANE F load(const Lanes<W>& a) { return L::load(a.v); }
+  SKERRY_LANE void store(const F& a, Lanes<W>& to) { L::store(a, to.v); }
+  SKERRY_LANE V load3(const Lanes<W>* a) { return {load(a[0]), load(a[1]), load(a[2])}; }
+  SKERRY_LANE void store3(const V& a, Lanes<W>* to) {
+    store(a.x, to[0]);
+    store(a.y, to[1]);
+    store(a.z, to[2]);
+  }
+  SKERRY_LANE Sym load_sym(const Lanes<W>* a) {
+    return {load(a[0]), load(a[1]), load(a[2]), load(a[3]), load(a[4]), load(a[5])};
+  }
+
+  // Rows as plain floats: 8 each, 16 for SpinRow.
+  template <class Row>
+  SKERRY_LANE auto* floats(Row* rows) {
+    if constexpr (std::is_const_v<Row>) {
+      return reinterpret_cast<const float*>(rows);
+    } else {
+      return reinterpret_cast<float*>(rows);
+    }
+  }
+  SKERRY_LANE Velocity gather_velocity(const VelocityRow* rows, const std::uint32_t* index) {
+    const float* base = floats(rows);
+    F a[4], b[4];
+    L::gather(base, 8, index, a);
+    L::gather(base + 4, 8, index, b);
+    return {{a[0], a[1], a[2]}, {b[0], b[1], b[2]}};
+  }
+  // Rows of bodies that are not solved go to a sink.
+  SKERRY_LANE void scatter_velocity(const ContactPass& pass, const std::uint32_t* index,
+                                    const Velocity& v) {
+    alignas(32) float sink[8];
+    float* base = floats(pass.velocity);
+    const std::uint32_t solved = pass.dynamic_end - 1;
+    float* low[W];
+    float* high[W];
+    for (int i = 0; i < W; ++i) {
+      float* row = base + std::size_t{index[i]} * 8;
+      low[i] = index[i] - 1 < solved ? row : sink;
+      high[i] = low[i] + 4;
+    }
+    const F a[4] = {v.linear.x, v.linear.y, v.linear.z, zero()};
+    const F b[4] = {v.angular.x, v.angular.y, v.angular.z, zero()};
+    L::scatter(a, low);
+    L::scatter(b, high);
+  }
+
+  // ---- What a block is made of, in registers.
+  template <int P, bool kFull>
+  struct Frame {
+    V n, t1, t2, ca, cb;
+  };
+  template <int P, bool kFull>
+  SKERRY_LANE Frame<P, kFull> load_frame(const ContactBlock<W, P, kFull>& block) {
+    Frame<P, kFull> f;
+    f.n = load3(block.normal);
+    f.t1 = load3(block.tangent);
+    f.t2 = cross(f.n, f.t1);
+    f.ca = load3(block.arm_a);
+    f.cb = load3(block.arm_b);
+    return f;
+  }
+
+  template <int P, bool kFull>
+  SKERRY_LANE void inverse_masses(const ContactBlock<W, P, kFull>& block, V& a, V& b) {
+    if constexpr (kFull) {
+      a = load3(block.full.inv_mass_a);
+      b = load3(block.full.inv_mass_b);
+    } else {
+      const F ma = load(block.full.inv_mass_a), mb = load(block.full.inv_mass_b);
+      a = {ma, ma, ma};
+      b = {mb, mb, mb};
+    }
+  }
+
+  // Applies a push at the contact centre and a torque, both on b.
+  template <int P, bool kFull>
+  SKERRY_LANE void apply(const ContactBlock<W, P, kFull>& block, const V& ca, const V& cb,
+                         const V& push, const V& torque, Velocity& a, Velocity& b) {
+    V ma, mb;
+    inverse_masses(block, ma, mb);
+    a.linear = sub(a.linear, mul(push, ma));
+    b.linear = add(b.linear, mul(push, mb));
+    a.angular = sub(a.angular, mul(load_sym(block.inertia_a), add(cross(ca, push), torque)));
+    b.angular = add(b.angular, mul(load_sym(block.inertia_b), add(cross(cb, push), torque)));
+  }
+
+  // R^T n - n of a small rotation.
+  SKERRY_LANE V turned_back(const F* q, const V& n) {
+    const V axis = {q[0], q[1], q[2]};
+    const V c = cross(axis, n);
+    const V e = sub(cross(axis, c), mul(c, q[3]));
+    return add(e, e);
+  }
+
+  // Separation of each point now.
+  template <int P, bool kFull>
+  SKERRY_LANE void separations(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
+                               const Frame<P, kFull>& f, F* s) {
+    const float* base = floats(pass.delta);
+    F da[4], qa[4], db[4], qb[4];
+    L::gather(base, 8, block.row_a, da);
+    L::gather(base + 4, 8, block.row_a, qa);
+    L::gather(base, 8, block.row_b, db);
+    L::gather(base + 4, 8, block.row_b, qb);
+    const V ea = turned_back(qa, f.n), eb = turned_back(qb, f.n);
+    const V d = {db[0] - da[0], db[1] - da[1], db[2] - da[2]};
+    const F center = dot(f.n, d) + (dot(eb, f.cb) - dot(ea, f.ca));
+    if constexpr (P == 1) {
+      s[0] = load(block.points.separation[0]) + center;
+    } else {
+      const V e = sub(eb, ea);
+      const F e1 = dot(e, f.t1), e2 = dot(e, f.t2);
+      for (int i = 0; i < P; ++i) {
+        s[i] = load(block.points.separation[i]) +
+               (center + (load(block.points.u[i]) * e1 + load(block.points.v[i]) * e2));
+      }
+    }
+  }
+
+  template <int P, bool kFull>
+  SKERRY_LANE void relative_velocity(const Frame<P, kFull>& f, const Velocity& a,
+                                     const Velocity& b, V& linear, V& angular) {
+    linear = sub(add(b.linear, cross(b.angular, f.cb)), add(a.linear, cross(a.angular, f.ca)));
+    angular = sub(b.angular, a.angular);
+  }
+
+  template <int P, bool kFull>
+  SKERRY_LANE void point_velocities(const ContactBlock<W, P, kFull>& block,
+                                    const Frame<P, kFull>& f, const V& linear, const V& angular,
+                                    F* vn) {
+    const F center = dot(f.n, linear);
+    if constexpr (P == 1) {
+      vn[0] = center;
+    } else {
+      const F w1 = dot(f.t1, angular), w2 = dot(f.t2, angular);
+      for (int i = 0; i < P; ++i) {
+        vn[i] = center + (load(block.points.v[i]) * w1 - load(block.points.u[i]) * w2);
+      }
+    }
+  }
+
+  // Impulse change so far, conjugate to the velocities (normal, about t1, about t2).
+  struct NormalSum {
+    F push, torque1, torque2;
+  };
+  // Books the change `d` of point i and its effect on the points after it.
+  template <int P, bool kFull>
+  SKERRY_LANE void book(const ContactBlock<W, P, kFull>& block, int i, const F& d, F* vn,
+                        NormalSum& sum) {
+    sum.push = sum.push + d;
+    if constexpr (P > 1) {
+      constexpr int first[4] = {0, 3, 5, 6};  // coupling of i with i + 1
+      sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
+      sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
+      for (int j = i + 1; j < P; ++j) {
+        vn[j] = vn[j] + load(block.points.coupling[first[i] + (j - i - 1)]) * d;
+      }
+    }
+  }
+
+  // ---- Passes.
+  template <int P, bool kFull>
+  SKERRY_LANE NormalSum solve_normals(const ContactPass& pass, ContactBlock<W, P, kFull>& block,
+                                      const F* s, F* vn, bool soft, F* impulse) {
+    const F none = zero(), one = L::set(1.0f);
+    F bias_rate, mass_scale, impulse_scale;
+    if (soft) {
+      const F ma = kFull ? movable(block.full, 0) : load(first_mass(block.full, 0));
+      const F mb = kFull ? movable(block.full, 1) : load(first_mass(block.full, 1));
+      const M fixed = L::either(L::equal(ma, none), L::equal(mb, none));
+      bias_rate = L::select(fixed, L::set(pass.soft_fixed.bias_rate), L::set(pass.soft.bias_rate));
+      mass_scale =
+          L::select(fixed, L::set(pass.soft_fixed.mass_scale), L::set(pass.soft.mass_scale));
+      impulse_scale =
+          L::select(fixed, L::set(pass.soft_fixed.impulse_scale), L::set(pass.soft.impulse_scale));
+    }
+    NormalSum sum = {none, none, none};
+    const F inv_h = L::set(pass.inv_substep);
+    for (int i = 0; i < P; ++i) {
+      const M apart = L::less(none, s[i]);
+      const F speculative = s[i] * inv_h;
+      const F mass = load(block.points.mass[i]);
+      const F old = load(block.points.impulse[i]);
+      F d;
+      if (soft) {
+        const F push = L::max(s[i] * bias_rate, L::set(-pass.max_push));
+        const F bias = L::select(apart, speculative, push);
+        const F scale = L::select(apart, one, mass_scale);
+        const F leak = L::select(apart, none, impulse_scale);
+        d = none - ((mass * scale) * (vn[i] + bias) + leak * old);
+      } else {
+        d = none - mass * (vn[i] + L::select(apart, speculative, none));
+      }
+      impulse[i] = L::max(old + d, none);
+      d = impulse[i] - old;
+      store(impulse[i], block.points.impulse[i]);
+      book(block, i, d, vn, sum);
+    }
+    return sum;
+  }
+
+  template <bool kFull, int P>
+  SKERRY_LANE const Lanes<W>& first_mass(const FullLanes<W, P, kFull>& full, int body) {
+    if constexpr (kFull) {
+      return body == 0 ? full.inv_mass_a[0] : full.inv_mass_b[0];
+    } else {
+      return body == 0 ? full.inv_mass_a : full.inv_mass_b;
+    }
+  }
+  // Positive if the body can move along some axis.
+  template <bool kFull, int P>
+  SKERRY_LANE F movable(const FullLanes<W, P, kFull>& full, int body) {
+    if constexpr (kFull) {
+      const Lanes<W>* m = body == 0 ? full.inv_mass_a : full.inv_mass_b;
+      return (load(m[0]) + load(m[1])) + load(m[2]);
+    } else {
+      return load(first_mass(full, body));
+    }
+  }
+
+  // New value of a two-component impulse inside a circle. Sticking uses the full 2x2 inverse; a
+  // sliding impulse steps along the velocity, so that its fixed point opposes the slip exactly.
+  SKERRY_LANE void solve_disc(const Lanes<W>* inverse, const F& slide_mass, const F& limit,
+                              const F& v1, const F& v2, F& p1, F& p2) {
+    const F i11 = load(inverse[0]), i12 = load(inverse[1]), i22 = load(inverse[2]);
+    const F stick1 = p1 - (i11 * v1 + i12 * v2), stick2 = p2 - (i12 * v1 + i22 * v2);
+    const F limit2 = limit * limit;
+    const M slides = L::less(limit2, stick1 * stick1 + stick2 * stick2);
+    p1 = L::select(slides, p1 - slide_mass * v1, stick1);
+    p2 = L::select(slides, p2 - slide_mass * v2, stick2);
+    const F length2 = p1 * p1 + p2 * p2;
+    const M outside = L::less(limit2, length2);
+    const F scale = L::select(outside, limit / L::sqrt(L::select(outside, length2, L::set(1.0f))),
+                              L::set(1.0f));
+    p1 = p1 * scale;
+    p2 = p2 * scale;
+  }
+
+  SKERRY_LANE void accumulate(Lanes<W>& sum, const F& x) { store(load(sum) + x, sum); }
+
+  template <int P, bool kFull, bool kRelax>
+  SKERRY_LANE void pass_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
+    Velocity a = gather_velocity(pass.velocity, block.row_a);
+    Velocity b = gather_velocity(pass.velocity, block.row_b);
+    const Frame<P, kFull> f = load_frame(block);
+    F s[P], vn[P], impulse[P];
+    separations(pass, block, f, s);
+    V linear, angular;
+    relative_velocity(f, a, b, linear, angular);
+    point_velocities(block, f, linear, angular, vn);
+    const NormalSum sum = solve_normals(pass, block, s, vn, !kRelax, impulse);
+    V push = mul(f.n, sum.push);
+    V torque;
+    if constexpr (P > 1) {
+      torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
+    } else {
+      torque = {zero(), zero(), zero()};
+    }
+    if constexpr (kRelax) {
+      add_friction(block, f, linear, angular, sum, impulse, push, torque);
+    }
+    apply(block, f.ca, f.cb, push, torque, a, b);
+    if constexpr (kRelax && kFull) roll(block, f, a, b, impulse);
+    scatter_velocity(pass, block.row_a, a);
+    scatter_velocity(pass, block.row_b, b);
+  }
+
+  template <int P, bool kFull>
+  SKERRY_LANE void add_friction(ContactBlock<W, P, kFull>& block, const Frame<P, kFull>& f,
+                                const V& linear, const V& angular, const NormalSum& sum,
+                                const F* impulse, V& push, V& torque) {
+    auto& friction = block.friction;
+    F total = impulse[0];
+    for (int i = 1; i < P; ++i) total = total + impulse[i];
+    const F coefficient = load(friction.coefficient);
+    F v[2] = {dot(f.t1, linear), dot(f.t2, linear)};
+    for (int k = 0; k < 2; ++k) {
+      v[k] = v[k] + load(friction.from_normal[k][0]) * sum.push;
+      if constexpr (P > 1) {
+        v[k] = v[k] + (load(friction.from_normal[k][1]) * sum.torque1 +
+                       load(friction.from_normal[k][2]) * sum.torque2);
+      }
+    }
+    const F old1 = load(friction.impulse[0]), old2 = load(friction.impulse[1]);
+    F p1 = old1, p2 = old2;
+    solve_disc(friction.inverse, load(friction.slide_mass), coefficient * total, v[0], v[1], p1,
+               p2);
+    store(p1, friction.impulse[0]);
+    store(p2, friction.impulse[1]);
+    const F d1 = p1 - old1, d2 = p2 - old2;
+    push = add(push, add(mul(f.t1, d1), mul(f.t2, d2)));
+    accumulate(friction.sum[0], total);
+    accumulate(friction.sum[1], p1);
+    accumulate(friction.sum[2], p2);
+    if constexpr (kFull) {
+      for (int i = 0; i < P; ++i) {
+        store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
+      }
+    }
+    if constexpr (P > 1) {
+      F moment = zero(), torque1 = zero(), torque2 = zero();
+      for (int i = 0; i < P; ++i) {
+        moment = moment + load(friction.lever[i]) * impulse[i];
+        torque1 = torque1 + load(block.points.v[i]) * impulse[i];
+        torque2 = torque2 - load(block.points.u[i]) * impulse[i];
+      }
+      const F limit = coefficient * moment;
+      const F spin = dot(f.n, angular) +
+                     ((load(friction.twist_from[0]) * sum.push +
+                       (load(friction.twist_from[1]) * sum.torque1 +
+                        load(friction.twist_from[2]) * sum.torque2)) +
+                      (load(friction.twist_from[3]) * d1 + load(friction.twist_from[4]) * d2));
+      const F old = load(friction.impulse[2]);
+      const F twist = L::max(
+          L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
+      store(twist, friction.impulse[2]);
+      torque = add(torque, mul(f.n, twist - old));
+      accumulate(friction.sum[3], torque1);
+      accumulate(friction.sum[4], torque2);
+      accumulate(friction.sum[5], twist);
+    }
+  }
+
+  // Rolling resistance: a torque about the tangents, up to coefficient (m) times the push.
+  template <int P>
+  SKERRY_LANE void roll(ContactBlock<W, P, true>& block, const Frame<P, true>& f, Velocity& a,
+                        Velocity& b, const F* impulse) {
+    auto& full = block.full;
+    F total = impulse[0];
+    for (int i = 1; i < P; ++i) total = total + impulse[i];
+    const V angular = sub(b.angular, a.angular);
+    const F old1 = load(full.rolling_impulse[0]), old2 = load(full.rolling_impulse[1]);
+    F p1 = old1, p2 = old2;
+    solve_disc(full.rolling_inverse, load(full.rolling_slide_mass),
+               load(full.rolling_coefficient) * total, dot(f.t1, angular), dot(f.t2, angular), p1,
+               p2);
+    store(p1, full.rolling_impulse[0]);
+    store(p2, full.rolling_impulse[1]);
+    accumulate(full.rolling_sum[0], p1);
+    accumulate(full.rolling_sum[1], p2);
+    const V torque = add(mul(f.t1, p1 - old1), mul(f.t2, p2 - old2));
+    a.angular = sub(a.angular, mul(load_sym(block.inertia_a), torque));
+    b.angular = add(b.angular, mul(load_sym(block.inertia_b), torque));
+  }
+
+  template <int P, bool kFull>
+  SKERRY_LANE void warm_start_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
+    Velocity a = gather_velocity(pass.velocity, block.row_a);
+    Velocity b = gather_velocity(pass.velocity, block.row_b);
+    const Frame<P, kFull> f = load_frame(block);
+    const auto& friction = block.friction;
+    F total = load(block.points.impulse[0]);
+    for (int i = 1; i < P; ++i) total = total + load(block.points.impulse[i]);
+    const V push = add(mul(f.n, total), add(mul(f.t1, load(friction.impulse[0])),
+                                            mul(f.t2, load(friction.impulse[1]))));
+    V torque = {zero(), zero(), zero()};
+    if constexpr (P > 1) {
+      F torque1 = zero(), torque2 = zero();
+      for (int i = 0; i < P; ++i) {
+        torque1 = torque1 + load(block.points.v[i]) * load(block.points.impulse[i]);
+        torque2 = torque2 - load(block.points.u[i]) * load(block.points.impulse[i]);
+      }
+      torque = add(add(mul(f.t1, torque1), mul(f.t2, torque2)),
+                   mul(f.n, load(friction.impulse[2])));
+    }
+    if constexpr (kFull) {
+      torque = add(torque, add(mul(f.t1, load(block.full.rolling_impulse[0])),
+                               mul(f.t2, load(block.full.rolling_impulse[1]))));
+    }
+    apply(block, f.ca, f.cb, push, torque, a, b);
+    scatter_velocity(pass, block.row_a, a);
+    scatter_velocity(pass, block.row_b, b);
+  }
+
+  // Newton restitution at points that pushed in this step. The wanted speed is that at touch,
+  // carried to where the point is now along the free parabola.
+  template <int P>
+  SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
+    Velocity a = gather_velocity(pass.velocity, block.row_a);
+    Velocity b = gather_velocity(pass.velocity, block.row_b);
+    const Frame<P, true> f = load_frame(block);
+    F s[P], vn[P];
+    separations(pass, block, f, s);
+    V linear, angular;
+    relative_velocity(f, a, b, linear, angular);
+    point_velocities(block, f, linear, angular, vn);
+    const F none = zero();
+    const F twice = load(block.full.acceleration) + load(block.full.acceleration);
+    NormalSum sum = {none, none, none};
+    for (int i = 0; i < P; ++i) {
+      const F bounce = load(block.full.bounce[i]);
+      const M fires =
+          L::both(L::less(none, bounce), L::less(none, load(block.full.max_impulse[i])));
+      const F wanted = L::sqrt(L::max(bounce + twice * s[i], none));
+      const F d = L::select(
+          fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
+      book(block, i, d, vn, sum);
+    }
+    V torque = {none, none, none};
+    if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
+    apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, a, b);
+    accumulate(block.friction.sum[0], sum.push);
+    if constexpr (P > 1) {
+      accumulate(block.friction.sum[3], sum.torque1);
+      accumulate(block.friction.sum[4], sum.torque2);
+    }
+    scatter_velocity(pass, block.row_a, a);
+    scatter_velocity(pass, block.row_b, b);
+  }
+
+  // ---- Preparation.
+
+  // Any unit vector across n, without a seam where resting contacts live (n along an axis).
+  SKERRY_LANE V across(const V& n) {
+    const F none = zero();
+    const M flat = L::less(n.x * n.x, L::set(0.3333f));
+    const V a = select(flat, V{none, n.z, none - n.y}, V{n.y, none - n.x, none});
+    return mul(a, L::set(1.0f) / L::sqrt(dot(a, a)));
+  }
+
+  struct Bodies2 {
+    V ma, mb;
+    Sym ia, ib;
+  };
+  template <int P, bool kFull>
+  SKERRY_LANE Bodies2 load_masses(const ContactPass& pass, const LaneInput& input,
+                                  ContactBlock<W, P, kFull>& block) {
+    const float* base = floats(pass.mass);
+    F a[8], b[8];
+    L::gather(base, 8, block.row_a, a);
+    L::gather(base + 4, 8, block.row_a, a + 4);
+    L::gather(base, 8, block.row_b, b);
+    L::gather(base + 4, 8, block.row_b, b + 4);
+    for (int k = 0; k < 6; ++k) {
+      store(a[1 + k], block.inertia_a[k]);
+      store(b[1 + k], block.inertia_b[k]);
+    }
+    Bodies2 m;
+    m.ia = {a[1], a[2], a[3], a[4], a[5], a[6]};
+    m.ib = {b[1], b[2], b[3], b[4], b[5], b[6]};
+    if constexpr (kFull) {
+      m.ma = {L::load(input.inv_mass_a[0]), L::load(input.inv_mass_a[1]),
+              L::load(input.inv_mass_a[2])};
+      m.mb = {L::load(input.inv_mass_b[0]), L::load(input.inv_mass_b[1]),
+              L::load(input.inv_mass_b[2])};
+      store3(m.ma, block.full.inv_mass_a);
+      store3(m.mb, block.full.inv_mass_b);
+    } else {
+      m.ma = {a[0], a[0], a[0]};
+      m.mb = {b[0], b[0], b[0]};
+      store(a[0], block.full.inv_mass_a);
+      store(b[0], block.full.inv_mass_b);
+    }
+    return m;
+  }
+
+  // Inverse of the symmetric 2x2 (h11 h12 h22); of its diagonal where it is near singular.
+  SKERRY_LANE void invert2(const F& h11, const F& h12, const F& h22, Lanes<W>* inverse,
+                           Lanes<W>& slide_mass) {
+    const F none = zero();
+    const F diagonal = h11 * h22;
+    const F det = diagonal - h12 * h12;
+    const M regular = L::less(diagonal * L::set(1e-5f), det);
+    const F inv_det = inverse_or_zero(det);
+    store(L::select(regular, h22 * inv_det, inverse_or_zero(h11)), inverse[0]);
+    store(L::select(regular, none - h12 * inv_det, none), inverse[1]);
+    store(L::select(regular, h11 * inv_det, inverse_or_zero(h22)), inverse[2]);
+    const F half = L::set(0.5f);
+    const F mean = half * (h11 + h22), difference = half * (h11 - h22);
+    store(inverse_or_zero(mean + L::sqrt(difference * difference + h12 * h12)), slide_mass);
+  }
+
+  template <int P, bool kFull>
+  static void prepare(const ContactPass& pass, const LaneInput& input, void* memory) {
+    auto& block = *static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (int i = 0; i < W; ++i) {
+      block.row_a[i] = input.row_a[i];
+      block.row_b[i] = input.row_b[i];
+    }
+    const F none = zero();
+    F head[4], point[4][4];
+    const float* address[W];
+    L::gather(input.manifold, head);
+    for (int i = 0; i < P; ++i) {
+      for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + (4 + 6 * i);
+      L::gather(address, point[i]);
+    }
+    Frame<P, kFull> f;
+    f.n = {head[0], head[1], head[2]};
+    f.t1 = across(f.n);
+    f.t2 = cross(f.n, f.t1);
+    // The centre: mean of the points.
+    const F count = L::load(input.count);
+    V r[P];
+    M there[P];
+    for (int i = 0; i < P; ++i) {
+      there[i] = L::less(L::set(static_cast<float>(i)), count);
+      r[i] = select(there[i], V{point[i][0], point[i][1], point[i][2]}, V{none, none, none});
+    }
+    f.ca = r[0];
+    if constexpr (P > 1) {
+      for (int i = 1; i < P; ++i) f.ca = add(f.ca, r[i]);
+      f.ca = mul(f.ca, L::set(1.0f) / L::max(count, L::set(1.0f)));
+    }
+    const V offset = {L::load(input.offset[0]), L::load(input.offset[1]),
+                      L::load(input.offset[2])};
+    f.cb = sub(f.ca, offset);
+    store3(f.n, block.normal);
+    store3(f.t1, block.tangent);
+    store3(f.ca, block.arm_a);
+    store3(f.cb, block.arm_b);
+    const Bodies2 m = load_masses(pass, input, block);
+
+    // Angular parts of the rows (n, t1, t2) and their products with the inverse inertia.
+    const V ja[3] = {cross(f.ca, f.n), cross(f.ca, f.t1), cross(f.ca, f.t2)};
+    const V jb[3] = {cross(f.cb, f.n), cross(f.cb, f.t1), cross(f.cb, f.t2)};
+    V wa[3], wb[3];
+    for (int k = 0; k < 3; ++k) {
+      wa[k] = mul(m.ia, ja[k]);
+      wb[k] = mul(m.ib, jb[k]);
+    }
+    const V both = add(m.ma, m.mb);
+    const F g_nn = dot(f.n, mul(both, f.n)) + (dot(ja[0], wa[0]) + dot(jb[0], wb[0]));
+    const F h11 = dot(f.t1, mul(both, f.t1)) + (dot(ja[1], wa[1]) + dot(jb[1], wb[1]));
+    const F h22 = dot(f.t2, mul(both, f.t2)) + (dot(ja[2], wa[2]) + dot(jb[2], wb[2]));
+    F h12 = dot(ja[1], wa[2]) + dot(jb[1], wb[2]);
+    F a_1n = dot(ja[1], wa[0]) + dot(jb[1], wb[0]);
+    F a_2n = dot(ja[2], wa[0]) + dot(jb[2], wb[0]);
+    if constexpr (kFull) {  // the masses of the axes differ: rows are coupled through them too
+      h12 = h12 + dot(f.t1, mul(both, f.t2));
+      a_1n = a_1n + dot(f.t1, mul(both, f.n));
+      a_2n = a_2n + dot(f.t2, mul(both, f.n));
+    }
+    auto& friction = block.friction;
+    invert2(h11, h12, h22, friction.inverse, friction.slide_mass);
+    store(a_1n, friction.from_normal[0][0]);
+    store(a_2n, friction.from_normal[1][0]);
+    const M pushes = L::less(none, count);
+    store(L::select(pushes, L::load(input.friction), none), friction.coefficient);
+
+    if constexpr (P == 1) {
+      store(L::select(there[0], inverse_or_zero(g_nn), none), block.points.mass[0]);
+    } else {
+      // Angular rows: C couples them with the linear ones, S with each other.
+      const V s1 = add(mul(m.ia, f.t1), mul(m.ib, f.t1));
+      const V s2 = add(mul(m.ia, f.t2), mul(m.ib, f.t2));
+      const V sn = add(mul(m.ia, f.n), mul(m.ib, f.n));
+      const V sum[3] = {add(wa[0], wb[0]), add(wa[1], wb[1]), add(wa[2], wb[2])};
+      const F g_n1 = dot(sum[0], f.t1), g_n2 = dot(sum[0], f.t2);
+      const F g_11 = dot(f.t1, s1), g_12 = dot(f.t1, s2), g_22 = dot(f.t2, s2);
+      F u[P], v[P];
+      for (int i = 0; i < P; ++i) {
+        const V arm = sub(r[i], f.ca);
+        u[i] = L::select(there[i], dot(arm, f.t1), none);
+        v[i] = L::select(there[i], dot(arm, f.t2), none);
+        store(u[i], block.points.u[i]);
+        store(v[i], block.points.v[i]);
+        store(L::sqrt(u[i] * u[i] + v[i] * v[i]), friction.lever[i]);
+      }
+      int slot = 0;
+      for (int i = 0; i < P; ++i) {
+        const F linear1 = g_n1 + g_n1, linear2 = g_n2 + g_n2;
+        const F kii = (g_nn + (v[i] * linear1 - u[i] * linear2)) +
+                      ((v[i] * v[i]) * g_11 + ((u[i] * u[i]) * g_22 -
+                                               ((u[i] * v[i]) + (u[i] * v[i])) * g_12));
+        store(L::select(there[i], inverse_or_zero(kii), none), block.points.mass[i]);
+        for (int j = i + 1; j < P; ++j) {
+          const F kij = (g_nn + ((v[i] + v[j]) * g_n1 - (u[i] + u[j]) * g_n2)) +
+                        ((v[i] * v[j]) * g_11 + ((u[i] * u[j]) * g_22 -
+                                                 (u[i] * v[j] + u[j] * v[i]) * g_12));
+          store(kij, block.points.coupling[slot++]);
+        }
+      }
+      for (int k = 0; k < 2; ++k) {
+        store(dot(sum[1 + k], f.t1), friction.from_normal[k][1]);
+        store(dot(sum[1 + k], f.t2), friction.from_normal[k][2]);
+        store(dot(sum[1 + k], f.n), friction.twist_from[3 + k]);
+      }
+      store(dot(sum[0], f.n), friction.twist_from[0]);
+      store(dot(f.n, s1), friction.twist_from[1]);
+      store(dot(f.n, s2), friction.twist_from[2]);
+      store(inverse_or_zero(dot(f.n, sn)), friction.twist_mass);
+      if constexpr (kFull) {
+        invert2(g_11, g_12, g_22, block.full.rolling_inverse, block.full.rolling_slide_mass);
+      }
+    }
+    if constexpr (kFull && P == 1) {
+      const V s1 = add(mul(m.ia, f.t1), mul(m.ib, f.t1));
+      const V s2 = add(mul(m.ia, f.t2), mul(m.ib, f.t2));
+      invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
+              block.full.rolling_slide_mass);
+    }
+    prepare_impulses(pass, input, f, there, point, block);
+  }
+
+  // Warm start, separations, and how fast the bodies come together.
+  template <int P, bool kFull>
+  SKERRY_LANE void prepare_impulses(const ContactPass& pass, const LaneInput& input,
+                                    const Frame<P, kFull>& f, const M* there,
+                                    const F (*point)[4], ContactBlock<W, P, kFull>& block) {
+    const F none = zero();
+    const float* address[W];
+    F tail[4];
+    for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + 28;
+    L::gather(address, tail);
+    const V old = {tail[0], tail[1], tail[2]};
+    auto& friction = block.friction;
+    store(dot(f.t1, old), friction.impulse[0]);
+    store(dot(f.t2, old), friction.impulse[1]);
+    for (auto& sum : friction.sum) store(none, sum);
+    if constexpr (P > 1) store(tail[3], friction.impulse[2]);
+
+    const Velocity a = gather_velocity(pass.start, block.row_a);
+    const Velocity b = gather_velocity(pass.start, block.row_b);
+    V linear, angular;
+    relative_velocity(f, a, b, linear, angular);
+    F vn[P];
+    point_velocities(block, f, linear, angular, vn);
+    F accel_a[4], accel_b[4];
+    const float* base = floats(pass.base);
+    L::gather(base, 8, block.row_a, accel_a);
+    L::gather(base, 8, block.row_b, accel_b);
+    const F acceleration = dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1],
+                                      accel_b[2] - accel_a[2]});
+    const M together = L::less(acceleration, none);
+    const F threshold = L::set(pass.restitution_threshold);
+    F fastest = none;
+    for (int i = 0; i < P; ++i) {
+      const F s = L::select(there[i], point[i][3], L::set(1e6f));
+      store(s, block.points.separation[i]);
+      store(L::load(input.impulse[i]), block.points.impulse[i]);
+      // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
+      const M meets = L::both(there[i], L::either(together, L::less(vn[i], none)));
+      const F square = L::select(
+          meets, L::max(vn[i] * vn[i] - (acceleration + acceleration) * L::max(s, none), none),
+          none);
+      fastest = L::max(fastest, square);
+      if constexpr (kFull) {
+        const F e = L::load(input.restitution);
+        const M bounces = L::less(threshold * threshold, square);
+        store(L::select(bounces, (e * e) * square, none), block.full.bounce[i]);
+        store(none, block.full.max_impulse[i]);
+      }
+    }
+    store(L::sqrt(fastest), block.approach);
+    if constexpr (kFull) {
+      for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + 32;
+      L::gather(address, tail);
+      const V rolling = {tail[0], tail[1], tail[2]};
+      store(dot(f.t1, rolling), block.full.rolling_impulse[0]);
+      store(dot(f.t2, rolling), block.full.rolling_impulse[1]);
+      store(L::load(input.rolling), block.full.rolling_coefficient);
+      store(none, block.full.rolling_sum[0]);
+      store(none, block.full.rolling_sum[1]);
+      store(acceleration, block.full.acceleration);
+    }
+  }
+
+  template <int P, bool kFull>
+  static void store_block(const void* memory, LaneOutput& output) {
+    const auto& block = *static_cast<const ContactBlock<W, P, kFull>*>(memory);
+    const Frame<P, kFull> f = load_frame(block);
+    const auto& friction = block.friction;
+    for (int i = 0; i < P; ++i) L::store(load(block.points.impulse[i]), output.impulse[i]);
+    const V p = add(mul(f.t1, load(friction.impulse[0])), mul(f.t2, load(friction.impulse[1])));
+    L::store(p.x, output.friction[0]);
+    L::store(p.y, output.friction[1]);
+    L::store(p.z, output.friction[2]);
+    L::store(load(friction.sum[0]), output.total);
+    L::store(load(block.approach), output.approach);
+    const V push = add(mul(f.n, load(friction.sum[0])),
+                       add(mul(f.t1, load(friction.sum[1])), mul(f.t2, load(friction.sum[2]))));
+    V torque = cross(f.ca, push);
+    if constexpr (P > 1) {
+      L::store(load(friction.impulse[2]), output.twist);
+      torque = add(torque, add(add(mul(f.t1, load(friction.sum[3])),
+                                   mul(f.t2, load(friction.sum[4]))),
+                               mul(f.n, load(friction.sum[5]))));
+    } else {
+      L::store(zero(), output.twist);
+    }
+    V rolling = {zero(), zero(), zero()};
+    if constexpr (kFull) {
+      rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),
+                    mul(f.t2, load(block.full.rolling_impulse[1])));
+      torque = add(torque, add(mul(f.t1, load(block.full.rolling_sum[0])),
+                               mul(f.t2, load(block.full.rolling_sum[1]))));
+    }
+    L::store(rolling.x, output.rolling[0]);
+    L::store(rolling.y, output.rolling[1]);
+    L::store(rolling.z, output.rolling[2]);
+    L::store(push.x, output.push[0]);
+    L::store(push.y, output.push[1]);
+    L::store(push.z, output.push[2]);
+    L::store(torque.x, output.torque[0]);
+    L::store(torque.y, output.torque[1]);
+    L::store(torque.z, output.torque[2]);
+  }
+
+  template <int P, bool kFull>
+  static void warm_start(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) warm_start_block(pass, blocks[i]);
+  }
+  template <int P, bool kFull, bool kRelax>
+  static void run_pass(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) pass_block<P, kFull, kRelax>(pass, blocks[i]);
+  }
+  template <int P, bool kFull>
+  static void restitute(const ContactPass& pass, void* memory, std::uint32_t count) {
+    if constexpr (kFull) {
+      auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+      for (std::uint32_t i = 0; i < count; ++i) restitute_block(pass, blocks[i]);
+    }
+  }
+
+  // ---- Bodies: W consecutive rows.
+  SKERRY_LANE void consecutive(std::uint32_t first, std::uint32_t* index) {
+    for (int i = 0; i < W; ++i) index[i] = first + static_cast<std::uint32_t>(i);
+  }
+  SKERRY_LANE void scatter_rows(float* base, const std::uint32_t* index, const F* in) {
+    float* address[W];
+    for (int i = 0; i < W; ++i) address[i] = base + std::size_t{index[i]} * 8;
+    L::scatter(in, address);
+  }
+
+  // omega x (I omega) over a substep by the explicit midpoint rule, cut back where it would gain
+  // energy.
+  SKERRY_LANE V gyrate(const V& w, const Sym& inertia, const Sym& inverse, const F& h) {
+    const V l = mul(inertia, w);
+    const V half = mul(mul(inverse, cross(w, l)), h * L::set(0.5f));
+    const V mid = sub(w, half);
+    const V change = mul(mul(inverse, cross(mid, mul(inertia, mid))), h);
+    const V turned = sub(w, change);
+    const F before = dot(w, l), after = dot(turned, mul(inertia, turned));
+    const M gains = L::less(before, after);
+    const F scale =
+        L::select(gains, L::sqrt(before / L::select(gains, after, L::set(1.0f))), L::set(1.0f));
+    return mul(turned, scale);
+  }
+
+  static void integrate_velocities(const ContactPass& pass, std::uint32_t begin,
+                                   std::uint32_t end) {
+    const F h = L::set(pass.substep);
+    std::uint32_t index[W];
+    for (std::uint32_t row = begin; row < end; row += W) {
+      consecutive(row, index);
+      Velocity v = gather_velocity(pass.velocity, index);
+      F a[4], spin[4], rest[4], inertia[4];
+      L::gather(floats(pass.base), 8, index, a);
+      const float* base = floats(pass.spin);
+      L::gather(base, 16, index, spin);
+      L::gather(base + 4, 16, index, inertia);
+      L::gather(base + 8, 16, index, rest);  // yz zz angular_factor gyroscopic
+      v.linear = mul(add(v.linear, mul(V{a[0], a[1], a[2]}, h)), spin[3]);
+      v.angular = add(v.angular, mul(V{spin[0], spin[1], spin[2]}, h));
+      const M gyroscopic = L::less(zero(), rest[3]);
+      if (L::any(gyroscopic)) {
+        F m[8];
+        L::gather(floats(pass.mass), 8, index, m);
+        L::gather(floats(pass.mass) + 4, 8, index, m + 4);
+        const Sym inverse = {m[1], m[2], m[3], m[4], m[5], m[6]};
+        const Sym direct = {inertia[0], inertia[1], inertia[2], inertia[3], rest[0], rest[1]};
+        v.angular = select(gyroscopic, gyrate(v.angular, direct, inverse, h), v.angular);
+      }
+      v.angular = mul(v.angular, rest[2]);
+      const F linear[4] = {v.linear.x, v.linear.y, v.linear.z, zero()};
+      const F angular[4] = {v.angular.x, v.angular.y, v.angular.z, zero()};
+      scatter_rows(floats(pass.velocity), index, linear);
+      scatter_rows(floats(pass.velocity) + 4, index, angular);
+    }
+  }
+
+  static void integrate_positions(const ContactPass& pass, std::uint32_t begin,
+                                  std::uint32_t end) {
+    const F h = L::set(pass.substep), half = L::set(0.5f * pass.substep);
+    std::uint32_t index[W];
+    for (std::uint32_t row = begin; row < end; row += W) {
+      consecutive(row, index);
+      const Velocity v = gather_velocity(pass.velocity, index);
+      F d[4], q[4];
+      L::gather(floats(pass.delta), 8, index, d);
+      L::gather(floats(pass.delta) + 4, 8, index, q);
+      d[0] = d[0] + v.linear.x * h;
+      d[1] = d[1] + v.linear.y * h;
+      d[2] = d[2] + v.linear.z * h;
+      d[3] = zero();
+      // q += (half angle axis) q, the half angle lengthened to its tangent (to third order), so
+      // that normalising gives the right angle.
+      V t = mul(v.angular, half);
+      const F square = dot(t, t);
+      t = mul(t, L::set(1.0f) + square * L::set(1.0f / 3.0f));
+      const V axis = {q[0], q[1], q[2]};
+      const V turned = add(axis, add(mul(t, q[3]), cross(t, axis)));
+      const F w = q[3] - dot(t, axis);
+      const F scale = L::set(1.0f) / L::sqrt(dot(turned, turned) + w * w);
+      const F rotation[4] = {turned.x * scale, turned.y * scale, turned.z * scale, w * scale};
+      scatter_rows(floats(pass.delta), index, d);
+      scatter_rows(floats(pass.delta) + 4, index, rotation);
+    }
+  }
+
+  template <int P, bool kFull>
+  static constexpr ContactKernels::OfKind of_kind() {
+    return {sizeof(ContactBlock<W, P, kFull>),
+            &prepare<P, kFull>,
+            &warm_start<P, kFull>,
+            &run_pass<P, kFull, false>,
+            &run_pass<P, kFull, true>,
+            &restitute<P, kFull>,
+            &store_block<P, kFull>};
+  }
+  static ContactKernels make(const char* name) {
+    return {name,
+            static_cast<std::uint32_t>(W),
+            {of_kind<4, false>(), of_kind<1, false>(), of_kind<4, true>(), of_kind<1, true>()},
+            &integrate_velocities,
+            &integrate_positions};
+  }
+};

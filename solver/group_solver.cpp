@@ -1,0 +1,591 @@
+#include "solver/group_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/assert.h"
+#include "solver/forces.h"
+#include "solver/free_flight.h"
+#include "solver/solver_scratch.h"
+
+namespace skerry::solver {
+namespace {
+
+using namespace core;
+
+constexpr std::uint32_t kWideBlockGrain = 32;  // lane blocks per task of a wide island
+constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
+constexpr std::uint32_t kUnbounded = 0x7fffffff;
+
+// Slower meetings count as resting: what they displace at substep resolution is far below a
+// millimetre.
+constexpr float kImpactSpeed = 0.05f;  // m/s
+
+template <class T>
+void grow(std::vector<T>& v, std::size_t count) {
+  if (v.size() < count) v.resize(std::max(count, v.size() + v.size() / 2));
+}
+
+Softness soft(double hertz, double damping_ratio, double h) {
+  const double omega = 2 * 3.14159265358979323846 * hertz;
+  const double a1 = 2 * damping_ratio + h * omega;
+  const double a2 = h * omega * a1;
+  const double a3 = 1 / (1 + a2);
+  return {static_cast<float>(omega / a1), static_cast<float>(a2 * a3), static_cast<float>(a3)};
+}
+
+const Manifold& empty_manifold() {
+  static const Manifold empty = [] {
+    Manifold m{};
+    m.normal = {0, 1, 0};
+    return m;
+  }();
+  return empty;
+}
+
+bool is_finite(const Vec3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
+
+// Clears the components along locked axes; `first_lock` is kLockX or kLockRx.
+Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
+  for (int k = 0; k < 3; ++k) {
+    if (flags & (first_lock << k)) v[k] = 0;
+  }
+  return v;
+}
+
+}  // namespace
+
+void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
+                        const ContactKernels& kernels) {
+  step_ = &step;
+  group_ = group;
+  kernels_ = &kernels;
+  const bool wide = group.kind == GroupKind::wide;
+  block_grain_ = wide ? kWideBlockGrain : kUnbounded;
+  body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
+  assign_rows();
+  collect_contacts();
+  set_constants();
+  colouring_.run(row_a_.data(), row_b_.data(), static_cast<std::uint32_t>(contacts_.size()),
+                 pass_.dynamic_end);
+  bucket_contacts();
+  make_chunks();
+  list_phases();
+}
+
+void GroupSolver::assign_rows() {
+  const Islands& islands = *step_->islands;
+  const Island& first = islands.islands[group_.first];
+  const Island& last = islands.islands[group_.first + group_.count - 1];
+  first_body_ = first.first_body;
+  body_count_ = last.first_body + last.body_count - first_body_;
+  first_joint_ = first.first_joint;
+  joint_count_ = last.first_joint + last.joint_count - first_joint_;
+  row_count_ = 1 + body_count_;
+  body_.resize(row_count_);
+  body_[0] = kNone;
+  std::copy_n(islands.bodies.begin() + first_body_, body_count_, body_.begin() + 1);
+  for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
+  used_kinematics_.clear();
+  grow(kinematic_row_, step_->solver->islands.kinematics.size());
+}
+
+// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
+// first met; all others share row 0.
+std::uint32_t GroupSolver::row_of(BodyIndex body) {
+  const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  if (slot == kNone) return 0;
+  if (!(slot & kKinematicSlot)) {
+    SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
+    return slot - first_body_ + 1;
+  }
+  const std::uint32_t kinematic = slot & ~kKinematicSlot;
+  if (kinematic_row_[kinematic] == 0) {
+    kinematic_row_[kinematic] = row_count_++;
+    used_kinematics_.push_back(kinematic);
+    body_.push_back(body);
+  }
+  return kinematic_row_[kinematic];
+}
+
+void GroupSolver::collect_contacts() {
+  const Islands& islands = *step_->islands;
+  const ContactTable& table = *step_->contacts;
+  const Bodies& bodies = *step_->bodies;
+  const Island& first = islands.islands[group_.first];
+  const Island& last = islands.islands[group_.first + group_.count - 1];
+  contacts_.clear();
+  row_a_.clear();
+  row_b_.clear();
+  has_bounces_ = false;
+  const std::uint32_t end = last.first_contact + last.contact_count;
+  for (std::uint32_t i = first.first_contact; i < end; ++i) {
+    const ContactRef& ref = islands.contacts[i];
+    const ContactPair& pair = table.pairs[ref.pair];
+    const Collider& a = step_->colliders->rows[pair.a];
+    const Collider& b = step_->colliders->rows[pair.b];
+    const std::uint32_t row_a = row_of(pair.body_a), row_b = row_of(pair.body_b);
+    const auto locks = [&](std::uint32_t row) {
+      return row - 1 < body_count_ ? bodies.flags[body_[row]] & kLockMask : 0u;
+    };
+    Contact contact;
+    contact.manifold = ref.manifold;
+    contact.pair = ref.pair;
+    contact.friction = combined_friction(a, b);
+    contact.restitution = combined_restitution(a, b);
+    contact.rolling = combined_rolling(a, b);
+    contact.points = table.manifolds[ref.manifold].point_count;
+    const bool full = contact.restitution > 0 || contact.rolling > 0 ||
+                      (locks(row_a) | locks(row_b)) != 0;
+    const bool one = contact.points <= 1;
+    contact.kind = full ? (one ? ContactKind::point1_full : ContactKind::points4_full)
+                        : (one ? ContactKind::point1 : ContactKind::points4);
+    has_bounces_ = has_bounces_ || contact.restitution > 0;
+    contacts_.push_back(contact);
+    row_a_.push_back(row_a);
+    row_b_.push_back(row_b);
+  }
+  // Kinematic bodies of joints need rows too.
+  for (std::uint32_t i = 0; i < joint_count_; ++i) {
+    const Joint& joint = step_->joints->rows[islands.joints[first_joint_ + i]];
+    row_of(joint.a);
+    row_of(joint.b);
+  }
+}
+
+void GroupSolver::set_constants() {
+  padded_rows_ = (row_count_ + kMaxWidth - 1) / kMaxWidth * kMaxWidth;
+  grow(velocity_, padded_rows_);
+  grow(start_, padded_rows_);
+  grow(delta_, padded_rows_);
+  grow(mass_, padded_rows_);
+  grow(base_, padded_rows_);
+  grow(spin_, padded_rows_);
+  grow(ledger_, row_count_);
+  const SolverSettings& settings = step_->settings->solver;
+  const double h = step_->dt / settings.substeps;
+  pass_.velocity = velocity_.data();
+  pass_.start = start_.data();
+  pass_.delta = delta_.data();
+  pass_.mass = mass_.data();
+  pass_.base = base_.data();
+  pass_.spin = spin_.data();
+  pass_.dynamic_end = 1 + body_count_;
+  pass_.substep = static_cast<float>(h);
+  pass_.inv_substep = static_cast<float>(1 / h);
+  pass_.max_push = static_cast<float>(settings.max_push_velocity);
+  pass_.restitution_threshold = static_cast<float>(settings.restitution_threshold);
+  const double hertz = std::min(settings.contact_hertz, 0.25 / h);
+  pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
+  pass_.soft_fixed = soft(2 * hertz, settings.contact_damping_ratio, h);
+}
+
+// Counting sort by (colour, kind), stable, each bucket padded to whole blocks.
+void GroupSolver::bucket_contacts() {
+  const std::uint32_t width = kernels_->width;
+  const std::size_t buckets = std::size_t{colouring_.colours} * kContactKinds;
+  bucket_.assign(buckets + 1, 0);
+  const auto key = [this](std::uint32_t contact) {
+    return colouring_.colour[contact] * kContactKinds +
+           static_cast<std::uint32_t>(contacts_[contact].kind);
+  };
+  const auto count = static_cast<std::uint32_t>(contacts_.size());
+  for (std::uint32_t i = 0; i < count; ++i) ++bucket_[key(i)];
+  std::uint32_t first = 0;
+  for (std::uint32_t& size : bucket_) {
+    const std::uint32_t padded = (size + width - 1) / width * width;
+    size = first;
+    first += padded;
+  }
+  lanes_.assign(first, kNone);
+  chunks_.clear();
+  for (std::uint32_t i = 0; i < count; ++i) lanes_[bucket_[key(i)]++] = i;
+}
+
+void GroupSolver::make_chunks() {
+  const std::uint32_t width = kernels_->width;
+  colour_chunks_.assign(1, 0);
+  std::size_t memory = 0;
+  std::uint32_t lane = 0;
+  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+    for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
+      // After sorting bucket_ holds the end of each bucket's contacts.
+      const std::uint32_t end = bucket_[colour * kContactKinds + kind];
+      std::uint32_t blocks = end > lane ? (end - lane + width - 1) / width : 0;
+      while (blocks > 0) {
+        const std::uint32_t count = std::min(blocks, block_grain_);
+        chunks_.push_back({static_cast<ContactKind>(kind), count, memory, lane});
+        memory += count * kernels_->kind[kind].block_bytes;
+        lane += count * width;
+        blocks -= count;
+      }
+    }
+    colour_chunks_.push_back(static_cast<std::uint32_t>(chunks_.size()));
+  }
+  grow(memory_, (memory + sizeof(Memory) - 1) / sizeof(Memory));
+}
+
+void GroupSolver::add_phase(Op op) {
+  std::uint32_t blocks = 1;
+  if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
+      op == Op::integrate_positions) {
+    blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
+  } else if (op == Op::prepare) {
+    blocks = static_cast<std::uint32_t>(chunks_.size());
+  }
+  if (blocks > 0) phases_.push_back({op, 0, blocks});
+}
+
+void GroupSolver::add_colours(Op op) {
+  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+    const std::uint32_t first = colour_chunks_[colour];
+    phases_.push_back({op, first, colour_chunks_[colour + 1] - first});
+  }
+}
+
+void GroupSolver::list_phases() {
+  phases_.clear();
+  const bool joints = joint_count_ > 0;
+  add_phase(Op::gather);
+  add_phase(Op::prepare);
+  if (joints) add_phase(Op::prepare_joints);
+  for (int i = 0; i < step_->settings->solver.substeps; ++i) {
+    add_phase(Op::integrate_velocities);
+    if (joints) add_phase(Op::warm_start_joints);
+    add_colours(Op::warm_start);
+    if (joints) add_phase(Op::solve_joints);
+    add_colours(Op::solve);
+    add_phase(Op::integrate_positions);
+    if (joints) add_phase(Op::relax_joints);
+    add_colours(Op::relax);
+  }
+  if (has_bounces_) add_colours(Op::restitute);
+  add_colours(Op::store);
+  if (joints) add_phase(Op::store_joints);
+  add_phase(Op::finish);
+}
+
+void GroupSolver::run_serially() {
+  for (std::uint32_t phase = 0; phase < phases_.size(); ++phase) {
+    for (std::uint32_t block = 0; block < phases_[phase].blocks; ++block) {
+      run_block(phase, block, 0);
+    }
+  }
+}
+
+void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint32_t) {
+  const Phase& p = phases_[phase];
+  const std::uint32_t begin = block * body_grain_;
+  const std::uint32_t end = std::min(padded_rows_, begin + body_grain_);
+  switch (p.op) {
+    case Op::gather: return gather_rows(begin, end);
+    case Op::integrate_velocities: return kernels_->integrate_velocities(pass_, begin, end);
+    case Op::integrate_positions: return kernels_->integrate_positions(pass_, begin, end);
+    case Op::finish: return finish_rows(begin, std::min(end, pass_.dynamic_end));
+    case Op::prepare_joints:
+    case Op::warm_start_joints:
+    case Op::solve_joints:
+    case Op::relax_joints:
+    case Op::store_joints: return run_joints(p.op);
+    default: return run_contacts(p.op, chunks_[p.first + block]);
+  }
+}
+
+void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
+  const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
+  std::byte* blocks = memory_.data()->bytes + chunk.memory;
+  switch (op) {
+    case Op::prepare: return prepare_chunk(chunk);
+    case Op::warm_start: return kernel.warm_start(pass_, blocks, chunk.count);
+    case Op::solve: return kernel.solve(pass_, blocks, chunk.count);
+    case Op::relax: return kernel.relax(pass_, blocks, chunk.count);
+    case Op::restitute: return kernel.restitute(pass_, blocks, chunk.count);
+    default: return store_chunk(chunk);
+  }
+}
+
+SolverBodies GroupSolver::rows() {
+  return {velocity_.data(), delta_.data(), mass_.data(), base_.data(), body_.data(), row_count_};
+}
+
+void GroupSolver::run_joints(Op op) {
+  const SolverBodies bodies = rows();
+  if (op == Op::prepare_joints) {
+    grow(row_of_body_, step_->bodies->rows());
+    for (std::uint32_t row = 1; row < row_count_; ++row) row_of_body_[body_[row]] = row;
+    joints_.prepare(*step_, {step_->islands->joints.data() + first_joint_, joint_count_}, bodies,
+                    row_of_body_.data(), pass_.substep);
+    for (std::uint32_t row = 1; row < row_count_; ++row) row_of_body_[body_[row]] = 0;
+  } else if (op == Op::warm_start_joints) {
+    joints_.warm_start(bodies);
+  } else if (op == Op::store_joints) {
+    joints_.store(*step_);
+  } else {
+    joints_.solve(bodies, op == Op::solve_joints);
+  }
+}
+
+// ---- Bodies in.
+
+void GroupSolver::gather_rows(std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t row = begin; row < end; ++row) {
+    delta_[row] = {{0, 0, 0}, 0, {0, 0, 0, 1}};
+    if (row - 1 < body_count_) {
+      gather_body(row);
+      continue;
+    }
+    start_[row] = {{0, 0, 0}, 0, {0, 0, 0}, 0};
+    mass_[row] = {0, {0, 0, 0, 0, 0, 0}, 0};
+    base_[row] = {{0, 0, 0}, 0, {0, 0, 0, 1}};
+    spin_[row] = {{0, 0, 0}, 1, {0, 0, 0, 0, 0, 0}, 1, 0};
+    if (row > body_count_ && row < row_count_) gather_kinematic(row);
+    velocity_[row] = start_[row];
+  }
+}
+
+void GroupSolver::gather_kinematic(std::uint32_t row) {
+  const IslandScratch& islands = step_->solver->islands;
+  const KinematicStart& start =
+      islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot];
+  start_[row] = {to_float(start.linear), 0, to_float(start.angular), 0};
+  base_[row].orientation = to_float(start.orientation);
+}
+
+void GroupSolver::gather_body(std::uint32_t row) {
+  const BodyIndex index = body_[row];
+  const Bodies& bodies = *step_->bodies;
+  const std::uint32_t flags = bodies.flags[index];
+  const BodyPose& pose = bodies.pose[index];
+  const BodyMotion& motion = bodies.motion[index];
+  const BodyMass& mass = bodies.mass[index];
+  const ExternalForce force =
+      external_force(*step_, index, step_->time, pose.center, motion.linear, motion.angular);
+  const double h = step_->dt / step_->settings->solver.substeps;
+
+  start_[row] = {to_float(motion.linear), 0, to_float(motion.angular), 0};
+  velocity_[row] = start_[row];
+  const Vec3 acceleration = force.force * mass.inv_mass;
+  base_[row] = {to_float(acceleration), 0, to_float(pose.orientation)};
+
+  const bool isotropic = (flags & kIsotropic) != 0;
+  const bool round = isotropic && !(flags & kLockMask);
+  MassRow& m = mass_[row];
+  m.inv_mass = static_cast<float>(mass.inv_mass);
+  m.lock_flags = flags & kLockMask;
+  SpinRow& spin = spin_[row];
+  Vec3 angular_acceleration;
+  if (round) {
+    const auto inverse = static_cast<float>(mass.inv_inertia_b(0, 0));
+    m.inv_inertia = {inverse, 0, 0, inverse, 0, inverse};
+    std::fill_n(spin.inertia, 6, 0.0f);
+    angular_acceleration = force.torque * mass.inv_inertia_b(0, 0);
+  } else {
+    const Mat3 inverse = inv_inertia_w(mass, pose.orientation, flags);
+    m.inv_inertia = {static_cast<float>(inverse(0, 0)), static_cast<float>(inverse(0, 1)),
+                     static_cast<float>(inverse(0, 2)), static_cast<float>(inverse(1, 1)),
+                     static_cast<float>(inverse(1, 2)), static_cast<float>(inverse(2, 2))};
+    const Mat3 inertia = inertia_w(mass, pose.orientation);
+    const double six[6] = {inertia(0, 0), inertia(0, 1), inertia(0, 2),
+                           inertia(1, 1), inertia(1, 2), inertia(2, 2)};
+    for (int k = 0; k < 6; ++k) spin.inertia[k] = static_cast<float>(six[k]);
+    angular_acceleration = inverse * force.torque;
+  }
+  spin.angular_acceleration = to_float(angular_acceleration);
+  spin.linear_factor = static_cast<float>(1 / (1 + h * mass.linear_damping));
+  spin.angular_factor = static_cast<float>(1 / (1 + h * mass.angular_damping));
+  spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
+
+  Ledger& ledger = ledger_[row];
+  ledger.linear = motion.linear + acceleration * step_->dt;
+  ledger.angular_momentum = motion.angular_momentum + force.torque * step_->dt;
+  std::fill_n(ledger.impulse, 3, 0.0);
+  std::fill_n(ledger.angular_impulse, 3, 0.0);
+  ledger.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
+  ledger.pushed = ledger.impact = false;
+  ledger.from_rows = joint_count_ > 0 || mass.linear_damping > 0 || mass.angular_damping > 0;
+}
+
+// ---- Contacts in and out.
+
+Vec3 GroupSolver::center_of(BodyIndex body) const {
+  const IslandScratch& islands = step_->solver->islands;
+  const std::uint32_t slot = islands.slot[body];
+  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
+                                                : step_->bodies->pose[body].center;
+}
+
+void GroupSolver::prepare_chunk(const Chunk& chunk) {
+  const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
+  std::byte* block = memory_.data()->bytes + chunk.memory;
+  LaneInput input;
+  std::uint32_t lane = chunk.first_lane;
+  for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) fill_lane(input, k, lanes_[lane++]);
+    kernel.prepare(pass_, input, block);
+  }
+}
+
+void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t index) const {
+  const bool padding = index == kNone;
+  const Manifold& manifold =
+      padding ? empty_manifold() : step_->contacts->manifolds[contacts_[index].manifold];
+  input.manifold[lane] = reinterpret_cast<const float*>(&manifold);
+  input.count[lane] = static_cast<float>(manifold.point_count);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    input.impulse[i][lane] = i < manifold.point_count ? manifold.points[i].normal_impulse : 0.0f;
+  }
+  const std::uint32_t a = padding ? 0 : row_a_[index], b = padding ? 0 : row_b_[index];
+  input.row_a[lane] = a;
+  input.row_b[lane] = b;
+  const auto set_inv_mass = [&](float(&to)[3][kMaxWidth], std::uint32_t row) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      to[k][lane] = mass_[row].lock_flags & (kLockX << k) ? 0.0f : mass_[row].inv_mass;
+    }
+  };
+  set_inv_mass(input.inv_mass_a, a);
+  set_inv_mass(input.inv_mass_b, b);
+  Vec3 offset = Vec3::Zero();
+  if (!padding) {
+    const ContactPair& pair = step_->contacts->pairs[contacts_[index].pair];
+    offset = center_of(pair.body_b) - center_of(pair.body_a);
+  }
+  for (int k = 0; k < 3; ++k) input.offset[k][lane] = static_cast<float>(offset[k]);
+  input.friction[lane] = padding ? 0.0f : contacts_[index].friction;
+  input.restitution[lane] = padding ? 0.0f : contacts_[index].restitution;
+  input.rolling[lane] = padding ? 0.0f : contacts_[index].rolling;
+}
+
+void GroupSolver::store_chunk(const Chunk& chunk) {
+  const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
+  const std::byte* block = memory_.data()->bytes + chunk.memory;
+  LaneOutput output;
+  std::uint32_t lane = chunk.first_lane;
+  for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
+    kernel.store(block, output);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k, ++lane) {
+      if (lanes_[lane] != kNone) store_lane(output, k, lanes_[lane]);
+    }
+  }
+}
+
+void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
+  const Contact& contact = contacts_[index];
+  Manifold& manifold = step_->contacts->manifolds[contact.manifold];
+  for (std::uint32_t i = 0; i < contact.points; ++i) {
+    manifold.points[i].normal_impulse = output.impulse[i][lane];
+  }
+  const auto vector = [lane](const float(&v)[3][kMaxWidth]) {
+    return V3f{v[0][lane], v[1][lane], v[2][lane]};
+  };
+  manifold.friction_impulse = vector(output.friction);
+  manifold.twist_impulse = output.twist[lane];
+  manifold.rolling_impulse = vector(output.rolling);
+  manifold.total_impulse = output.total[lane];
+  manifold.approach_speed = output.approach[lane];
+
+  // Equal and opposite in double, at one and the same point: momentum and angular momentum of the
+  // two bodies together stay put to rounding in double.
+  const ContactPair& pair = step_->contacts->pairs[contact.pair];
+  const Vec3 push = to_double(vector(output.push));
+  const Vec3 torque_a = to_double(vector(output.torque));
+  const bool pushed = output.total[lane] > 0;
+  const bool impact = pushed && output.approach[lane] > kImpactSpeed;
+  const std::uint32_t a = row_a_[index], b = row_b_[index];
+  const auto book = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
+    if (row - 1 >= body_count_) return;
+    Ledger& ledger = ledger_[row];
+    for (int k = 0; k < 3; ++k) {
+      ledger.impulse[k] += sign * impulse[k];
+      ledger.angular_impulse[k] += sign * torque[k];
+    }
+    ledger.pushed = ledger.pushed || pushed;
+    ledger.impact = ledger.impact || impact;
+  };
+  book(a, push, torque_a, -1);
+  const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
+  book(b, push, torque_a - offset.cross(push), 1);
+}
+
+// ---- Bodies out.
+
+void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
+    const Ledger& ledger = ledger_[row];
+    if (!ledger.pushed && !ledger.from_rows) {
+      fly_free(*step_, body_[row]);  // near others, but nothing touched it
+    } else {
+      finish_body(row);
+    }
+  }
+}
+
+void GroupSolver::finish_body(std::uint32_t row) {
+  const BodyIndex index = body_[row];
+  Bodies& bodies = *step_->bodies;
+  const std::uint32_t flags = bodies.flags[index];
+  BodyPose& pose = bodies.pose[index];
+  BodyMotion& motion = bodies.motion[index];
+  const BodyMass& mass = bodies.mass[index];
+  const Ledger& ledger = ledger_[row];
+  const DeltaRow& delta = delta_[row];
+
+  BodyPose next;
+  next.center = pose.center + to_double(delta.translation);
+  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+                  double(delta.rotation.z));
+  next.orientation = Quat(turn * pose.orientation).normalized();
+
+  const bool round = (flags & kIsotropic) && !(flags & kLockMask);
+  const auto to_angular = [&](const Vec3& momentum, const Quat& q) -> Vec3 {
+    if (round) return momentum * mass.inv_inertia_b(0, 0);
+    return inv_inertia_w(mass, q, flags) * momentum;
+  };
+  BodyMotion after;
+  if (ledger.from_rows) {
+    after.linear = to_double(velocity_[row].linear);
+    after.angular = to_double(velocity_[row].angular);
+  } else {
+    after.linear = ledger.linear + unlocked(Vec3(ledger.impulse[0], ledger.impulse[1],
+                                                 ledger.impulse[2]),
+                                            flags, kLockX) *
+                                       mass.inv_mass;
+    after.angular_momentum =
+        ledger.angular_momentum + Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1],
+                                       ledger.angular_impulse[2]);
+    after.angular = to_angular(after.angular_momentum, next.orientation);
+  }
+
+  // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
+  // back where the change is the work of forces; an impact's place is exact as it is.
+  const Vec3 change = after.linear - motion.linear;
+  const Vec3 turn_change = after.angular - motion.angular;
+  const double limit = static_cast<double>(ledger.smooth_change);
+  if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
+    const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
+    next.center -= half * change;
+    const Vec3 back = -0.5 * half * turn_change;
+    next.orientation =
+        Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
+    if (!ledger.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
+  }
+  if (ledger.from_rows) {
+    after.angular_momentum =
+        round ? Vec3(after.angular * mass.inertia_b(0, 0))
+              : Vec3(inertia_w(mass, next.orientation) * after.angular);
+  } else if (flags & (kLockRx | kLockRy | kLockRz)) {
+    after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
+  }
+
+  if (is_finite(next.center) && next.orientation.coeffs().allFinite() && is_finite(after.linear) &&
+      is_finite(after.angular) && is_finite(after.angular_momentum)) {
+    pose = next;
+    motion = after;
+  } else {
+    motion = BodyMotion{};
+    bodies.flags[index] = flags | kQuarantined;
+  }
+}
+
+}  // namespace skerry::solver

@@ -1,0 +1,128 @@
+// Solves the islands of one group over a whole step, as a program of phases. A packed group runs
+// its phases one after another on one worker, each in one block; a wide island runs the very same
+// phases in smaller blocks on all workers. The order in which a body's constraints are applied is
+// that of the colours in both cases, hence the same bits.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <skerry/jobs/task_graph.h>
+
+#include "core/step_context.h"
+#include "solver/colouring.h"
+#include "solver/contact_blocks.h"
+#include "solver/joint_solver.h"
+#include "solver/solver_body.h"
+
+namespace skerry::solver {
+
+class GroupSolver final : public jobs::PhaseProgram {
+ public:
+  // Rows, colours and phases for the islands of `group`; serial. The step must outlive the phases.
+  void begin(const core::StepContext& step, const core::IslandGroup& group,
+             const ContactKernels& kernels);
+
+  std::uint32_t phase_count() const override { return static_cast<std::uint32_t>(phases_.size()); }
+  std::uint32_t block_count(std::uint32_t phase) const override { return phases_[phase].blocks; }
+  void run_block(std::uint32_t phase, std::uint32_t block, std::uint32_t worker) override;
+
+  // All phases on the calling thread.
+  void run_serially();
+
+ private:
+  enum class Op : std::uint8_t {
+    gather, prepare, prepare_joints, integrate_velocities, warm_start, warm_start_joints, solve,
+    solve_joints, integrate_positions, relax, relax_joints, restitute, store, store_joints, finish,
+  };
+  struct Phase {
+    Op op;
+    std::uint32_t first;   // chunk of contacts
+    std::uint32_t blocks;
+  };
+  // Consecutive lane blocks of one colour and kind.
+  struct Chunk {
+    ContactKind kind;
+    std::uint32_t count;
+    std::size_t memory;       // offset of the first block in `memory_`
+    std::uint32_t first_lane;  // into `lanes_`
+  };
+  // What a body brings to the end of the step, in double.
+  struct Ledger {
+    Vec3 linear;            // m/s after external forces alone
+    Vec3 angular_momentum;  // likewise
+    double impulse[3], angular_impulse[3];  // of contacts, N s and N m s
+    float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
+    bool pushed, impact;
+    bool from_rows;         // joints or damping: contacts alone do not account for the motion
+  };
+  struct Contact {
+    std::uint32_t manifold;
+    std::uint32_t pair;
+    float friction, restitution, rolling;
+    std::uint32_t points;
+    ContactKind kind;
+  };
+  struct alignas(64) Memory {
+    std::byte bytes[64];
+  };
+
+  void set_constants();
+  void assign_rows();
+  void collect_contacts();
+  std::uint32_t row_of(core::BodyIndex body);
+  void bucket_contacts();
+  void make_chunks();
+  void list_phases();
+  void add_phase(Op op);
+  void add_colours(Op op);
+
+  void gather_rows(std::uint32_t begin, std::uint32_t end);
+  void gather_body(std::uint32_t row);
+  void gather_kinematic(std::uint32_t row);
+  void prepare_chunk(const Chunk& chunk);
+  void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
+  void store_chunk(const Chunk& chunk);
+  void store_lane(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
+  void finish_rows(std::uint32_t begin, std::uint32_t end);
+  void finish_body(std::uint32_t row);
+  Vec3 center_of(core::BodyIndex body) const;
+  void run_joints(Op op);
+  void run_contacts(Op op, const Chunk& chunk);
+  SolverBodies rows();
+
+  const core::StepContext* step_ = nullptr;
+  core::IslandGroup group_;
+  const ContactKernels* kernels_ = nullptr;
+  ContactPass pass_;
+  std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
+  std::uint32_t row_count_ = 0, padded_rows_ = 0;
+  std::uint32_t body_grain_ = 0, block_grain_ = 0;
+  bool has_bounces_ = false;
+
+  std::vector<VelocityRow> velocity_, start_;
+  std::vector<DeltaRow> delta_;
+  std::vector<MassRow> mass_;
+  std::vector<BaseRow> base_;
+  std::vector<SpinRow> spin_;
+  std::vector<Ledger> ledger_;
+  std::vector<core::BodyIndex> body_;
+  std::vector<std::uint32_t> kinematic_row_;    // [kinematics of the step] or 0
+  std::vector<std::uint32_t> used_kinematics_;
+
+  std::vector<Contact> contacts_;
+  std::vector<std::uint32_t> row_a_, row_b_;
+  Colouring colouring_;
+  std::vector<std::uint32_t> bucket_;  // [colour * kContactKinds + kind] first lane
+  std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
+  std::vector<Chunk> chunks_;
+  std::vector<std::uint32_t> colour_chunks_;  // [colours + 1] first chunk
+  std::vector<Memory> memory_;
+  std::vector<Phase> phases_;
+
+  JointBatch joints_;
+  std::uint32_t first_joint_ = 0, joint_count_ = 0;
+  std::vector<std::uint32_t> row_of_body_;  // [body rows], 0 where not in this group
+};
+
+}  // namespace skerry::solver

@@ -1,0 +1,208 @@
+// Physical truths with closed forms, at default settings: the ones that speed figures use too.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/bodies.h"
+#include "tests/support/every_mode.h"
+
+namespace skerry::test {
+namespace {
+
+constexpr double kG = 9.81;
+constexpr double kPi = std::numbers::pi;
+
+// The two time steps at which every truth must hold.
+class BothSteps : public testing::TestWithParam<double> {
+ protected:
+  double dt() const { return GetParam(); }
+  int steps(double seconds) const { return static_cast<int>(std::lround(seconds / dt())); }
+  void run(World& world, double seconds) {
+    for (int n = steps(seconds); n > 0; --n) world.step(dt());
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Analytic, BothSteps, testing::Values(1.0 / 60, 1.0 / 240),
+                         [](const auto& given) { return given.param < 0.01 ? "dt_240" : "dt_60"; });
+
+// A1. x0 + v0 t + g t^2 / 2, exactly: free flight integrates the parabola, not a chord of it.
+TEST_P(EveryMode, a_thrown_body_follows_the_parabola) {
+  World world = make_world(GetParam());
+  const Vec3 x0(1, 20, -3), v0(3, 10, -2);
+  const BodyId ball = world.add_body(
+      {.shapes = {Sphere{.radius = 0.5}}, .position = x0, .linear_velocity = v0});
+  for (int n = 1; n <= 120; ++n) {
+    step(world, 1.0 / 60);
+    const double t = n / 60.0;
+    const Vec3 expected = x0 + t * v0 + 0.5 * t * t * Vec3(0, -kG, 0);
+    EXPECT_LT((world.pose(ball).position - expected).norm(), 1e-10);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Analytic, EveryMode, testing::ValuesIn(every_mode()), name_of);
+
+// A5. The apex after the k-th bounce is e^(2k) of the drop.
+std::array<double, 3> apexes_of_three_bounces(double restitution, double dt) {
+  World world;
+  add_floor(world, 0.6, restitution);
+  const BodyId ball = add_sphere(world, {0, 2.5, 0}, 0.5, 0.6, restitution);
+  std::array<double, 3> apex = {0, 0, 0};
+  int bounce = 0;
+  double before = 0;
+  for (double t = 0; t < 8 && bounce <= 3; t += dt) {
+    world.step(dt);
+    const double v = world.linear_velocity(ball).y();
+    if (before < -1e-3 && v >= 0) ++bounce;  // also a landing without rebound
+    if (bounce >= 1 && bounce <= 3) {
+      double& best = apex[static_cast<std::size_t>(bounce - 1)];
+      const double height = world.pose(ball).position.y() - 0.5 + v * v / (2 * kG) * (v > 0);
+      best = std::max(best, height);
+    }
+    before = v;
+  }
+  return apex;
+}
+
+TEST_P(BothSteps, a_ball_bounces_to_the_square_of_its_restitution) {
+  for (const double e : {0.0, 0.3, 0.5, 0.8, 0.95, 1.0}) {
+    const std::array<double, 3> apex = apexes_of_three_bounces(e, dt());
+    for (int k = 1; k <= 3; ++k) {
+      const double expected = 2 * std::pow(e, 2 * k);
+      EXPECT_NEAR(apex[static_cast<std::size_t>(k - 1)], expected, 0.005 * 2)
+          << "e = " << e << ", bounce " << k;
+    }
+  }
+}
+
+// A6. Momentum and Newton's law of restitution.
+TEST_P(BothSteps, head_on_spheres_part_with_their_restitution) {
+  World world({.gravity = {0, 0, 0}});
+  const auto sphere = [&world](double x, double mass, double v) {
+    return world.add_body({.shapes = {Sphere{.radius = 0.5}},
+                           .position = {x, 0, 0},
+                           .linear_velocity = {v, 0, 0},
+                           .restitution = 0.5,
+                           .mass = MassOverride{.mass = mass}});
+  };
+  const BodyId a = sphere(-2, 1, 3), b = sphere(2, 3, -1);
+  run(world, 3);
+  EXPECT_NEAR(world.linear_velocity(a).x(), -1.5, 1e-6);
+  EXPECT_NEAR(world.linear_velocity(b).x(), 0.5, 1e-6);
+}
+
+// Where a box that is kicked along a heading comes to rest: distance and time.
+struct Stop {
+  double distance, time;
+};
+Stop slide_to_rest(double heading, double dt) {
+  World world;
+  add_floor(world, 0.5);
+  const BodyId box = add_box(world, {0, 0.5, 0}, {0.5, 0.5, 0.5}, 0.5);
+  for (int n = 0; n < 60; ++n) world.step(dt);  // settle
+  const Vec3 start = world.pose(box).position;
+  world.set_velocity(box, 5 * Vec3(std::cos(heading), 0, std::sin(heading)), Vec3::Zero());
+  double time = 0, speed = 5;
+  while (time < 3) {
+    world.step(dt);
+    const double now = world.linear_velocity(box).norm();
+    if (now < 1e-2) {
+      time += dt * std::min(1.0, speed / std::max(speed - now, 1e-9));
+      break;
+    }
+    speed = now;
+    time += dt;
+  }
+  for (int n = 0; n < 30; ++n) world.step(dt);
+  return {(world.pose(box).position - start).norm(), time};
+}
+
+// A7. v^2 / (2 mu g) and v / (mu g).
+TEST_P(BothSteps, a_sliding_box_stops_where_coulomb_says) {
+  const Stop stop = slide_to_rest(0, dt());
+  EXPECT_NEAR(stop.distance, 2.5484, 0.01 * 2.5484);
+  EXPECT_NEAR(stop.time, 1.0194, 0.01 * 1.0194 + 0.5 * dt());
+}
+
+// A8. The friction cone is round.
+TEST_P(BothSteps, friction_is_the_same_in_every_direction) {
+  for (int i = 0; i < 12; ++i) {
+    EXPECT_NEAR(slide_to_rest(i * kPi / 6, dt()).distance, 2.5484, 0.01 * 2.5484) << 30 * i;
+  }
+}
+
+// A box or sphere lying on an incline; the distance along it after some time.
+BodyId on_incline(World& world, double angle, double friction, bool box) {
+  add_incline(world, angle, friction);
+  const Vec3 normal(-std::sin(angle), std::cos(angle), 0);
+  const Quat turn(Eigen::AngleAxisd(angle, Vec3::UnitZ()));
+  return world.add_body(
+      {.shapes = {box ? Shape(Box{.half_extents = {0.5, 0.5, 0.5}}) : Shape(Sphere{.radius = 0.5})},
+       .position = 0.5 * normal,
+       .orientation = turn,
+       .friction = friction});
+}
+
+// A9. tan 25 deg = 0.4663: holds above, slides at g (sin - mu cos) below.
+TEST_P(BothSteps, a_box_holds_on_an_incline_steeper_than_no_friction_allows) {
+  const double angle = 25 * kPi / 180;
+  World world;
+  const BodyId box = on_incline(world, angle, 0.48, true);
+  run(world, 0.5);
+  const Vec3 start = world.pose(box).position;
+  run(world, 10);
+  EXPECT_LT((world.pose(box).position - start).norm(), 1e-3);
+}
+TEST_P(BothSteps, a_box_slides_down_an_incline_with_the_rest_of_gravity) {
+  const double angle = 25 * kPi / 180;
+  World world;
+  const BodyId box = on_incline(world, angle, 0.44, true);
+  run(world, 0.5);
+  const double before = world.linear_velocity(box).norm();
+  run(world, 2);
+  EXPECT_NEAR((world.linear_velocity(box).norm() - before) / 2, 0.2338, 0.02 * 0.2338);
+}
+
+// A10. 5/7 v0 after 2 v0 / (7 mu g).
+TEST_P(BothSteps, a_sliding_ball_ends_up_rolling_at_five_sevenths) {
+  World world;
+  add_floor(world, 0.3);
+  const BodyId ball = add_sphere(world, {0, 0.5, 0}, 0.5, 0.3);
+  run(world, 0.5);
+  world.set_velocity(ball, {4, 0, 0}, Vec3::Zero());
+  double rolling_at = -1;
+  for (int n = 1; n <= steps(1); ++n) {
+    world.step(dt());
+    const double slip = world.linear_velocity(ball).x() + 0.5 * world.angular_velocity(ball).z();
+    if (rolling_at < 0 && std::abs(slip) < 1e-2) rolling_at = n * dt();
+  }
+  EXPECT_NEAR(world.linear_velocity(ball).x(), 4 * 5 / 7.0, 0.005 * 2.857);
+  EXPECT_NEAR(rolling_at, 0.3883, 0.005 * 0.3883 + dt());
+}
+
+// A11. 5/7 g sin.
+TEST_P(BothSteps, a_ball_rolls_down_an_incline_at_five_sevenths_of_gravity) {
+  World world;
+  const BodyId ball = on_incline(world, 15 * kPi / 180, 0.6, false);
+  run(world, 0.5);
+  const double before = world.linear_velocity(ball).norm();
+  run(world, 2);
+  EXPECT_NEAR((world.linear_velocity(ball).norm() - before) / 2, 1.8136, 0.005 * 1.8136);
+}
+
+// A17. A heavy box on a light one neither passes nor sinks in.
+TEST_P(BothSteps, a_light_box_carries_a_thousand_times_its_weight) {
+  for (const double ratio : {10.0, 100.0, 1000.0}) {
+    World world;
+    add_floor(world);
+    const BodyId light = add_box(world, {0, 0.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100);
+    const BodyId heavy = add_box(world, {0, 1.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100 * ratio);
+    run(world, 5);
+    const double sink = 1.0 - (world.pose(heavy).position.y() - world.pose(light).position.y());
+    EXPECT_LT(sink, 0.05) << "ratio " << ratio;
+    EXPECT_GT(world.pose(light).position.y(), 0.45) << "ratio " << ratio;
+    EXPECT_LT(world.pose(heavy).position.head<1>().norm(), 0.05) << "ratio " << ratio;
+  }
+}
+
+}  // namespace
+}  // namespace skerry::test

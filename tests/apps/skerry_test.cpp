@@ -1,0 +1,241 @@
+// The command line is a contract: exit statuses, messages and JSON keys.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/apps/program.h"
+#include "tests/support/paths.h"
+
+namespace skerry::test {
+namespace {
+
+using nlohmann::json;
+
+void expect_refused(const std::vector<std::string>& arguments, const std::string& message) {
+  const Outcome outcome = run_skerry(arguments);
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err, "skerry: " + message + "\n");
+}
+
+TEST(Skerry, bad_usage_ends_with_2_and_one_line) {
+  expect_refused({}, "A subcommand is required (see skerry --help)");
+  expect_refused({"fly"}, "The following argument was not expected: fly (see skerry --help)");
+  expect_refused({"run"}, "SCENE is required (see skerry --help)");
+  expect_refused({"run", "tiny", "--bogus"},
+                 "The following argument was not expected: --bogus (see skerry --help)");
+  expect_refused({"run", "tiny", "--steps", "-1"},
+                 "--steps: Value -1 not in range 1 to 1000000000 (see skerry --help)");
+  expect_refused({"run", "tiny", "--workers", "two"},
+                 "--workers: Value two could not be converted (see skerry --help)");
+  expect_refused({"run", "tiny", "--dt", "nan"}, "--dt: must be between 1e-06 and 1 s, got nan");
+  expect_refused({"run", "tiny", "--mode", "forkjoin"},
+                 "--mode: must be one of serial, dedicated_thread, dedicated_thread_jobs, "
+                 "fork_join, job_system, got 'forkjoin' (did you mean \"fork_join\"?)");
+  expect_refused({"run", "tny"},
+                 "unknown scene 'tny' (did you mean \"tiny\"?); `skerry scenes` lists them");
+  expect_refused({"run", "no/such.json"}, "no/such.json: no such file");
+  expect_refused({"run", "tiny", "--json", "/no/such/dir/a.json"},
+                 "cannot write /no/such/dir/a.json: there is no directory /no/such/dir");
+  expect_refused({"compare", "tiny", "--host-ms", "2,x"},
+                 "--host-ms: must be milliseconds from 0 to 1000 with commas between, got '2,x'");
+  expect_refused({"check", "no/such.json"}, "no/such.json: no such file");
+}
+
+TEST(Skerry, help_and_version_end_with_0) {
+  EXPECT_EQ(run_skerry({"--help"}).status, 0);
+  EXPECT_EQ(run_skerry({"run", "--help"}).status, 0);
+  EXPECT_TRUE(run_skerry({"--version"}).out.starts_with("skerry "));
+}
+
+TEST(Skerry, check_says_what_is_wrong_and_where) {
+  const ScratchDirectory scratch;
+  const std::string file = scratch / "tower.json";
+  write_file(file,
+             "{ \"format\": \"skerry-scene\", \"version\": 1,\n  \"bodies\": [\n    { "
+             "\"shapes\": [{ \"type\": \"sphere\", \"radius\": -0.5 }] } ] }");
+  const std::string message = file + ":3: bodies[0].shapes[0].radius: must be positive, got -0.5";
+  expect_refused({"check", file}, message);
+  expect_refused({"run", file}, message);
+}
+
+TEST(Skerry, check_says_what_a_file_holds) {
+  const std::string file = (source_dir() / "scenes/data/brick_wall.json").string();
+  const Outcome outcome = run_skerry({"check", file});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_TRUE(outcome.out.starts_with(file + ": ok\n")) << outcome.out;
+  EXPECT_NE(outcome.out.find("196 bodies (194 dynamic, 2 fixed, 0 kinematic)"), std::string::npos);
+  EXPECT_NE(outcome.out.find("4 events from step 30 to 280"), std::string::npos);
+}
+
+TEST(Skerry, scenes_lists_built_in_and_shipped_ones) {
+  const Outcome outcome = run_skerry({"scenes", "--json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  std::set<std::string> names;
+  for (const json& row : json::parse(outcome.out)) names.insert(row.at("name"));
+  for (const char* name : {"large_pyramid", "many_pyramids", "box_pile", "box_bricks",
+                           "sphere_rain", "convex_pile", "islands", "tiny", "hills"}) {
+    EXPECT_TRUE(names.contains(name)) << name;
+  }
+  const Outcome table = run_skerry({"scenes"});
+  for (const std::string& name : names) {
+    EXPECT_NE(table.out.find(name), std::string::npos) << name;
+  }
+}
+
+TEST(SkerryRun, writes_every_key_of_the_contract) {
+  const json run = run_to_json({"tiny", "--steps", "20", "--warmup", "5", "--hash-every", "10"});
+  for (const char* key : {"scene",
+                          "mode",
+                          "workers",
+                          "steps",
+                          "dt",
+                          "substeps",
+                          "bodies",
+                          "shapes",
+                          "joints",
+                          "contacts",
+                          "islands",
+                          "largest_island",
+                          "step_ms",
+                          "stages_ms",
+                          "cpu_ms_per_step",
+                          "peak_rss_mb",
+                          "allocations_per_step",
+                          "state_hash",
+                          "hashes",
+                          "penetration_mm",
+                          "kinetic_energy_j",
+                          "potential_energy_j",
+                          "momentum",
+                          "warnings",
+                          "machine"}) {
+    EXPECT_TRUE(run.contains(key)) << key;
+  }
+  for (const char* key : {"mean", "p50", "p95", "p99", "max"}) {
+    EXPECT_TRUE(run.at("step_ms").at(key).is_number()) << key;
+  }
+  for (const char* key : {"cpu", "cores", "simd", "compiler", "flags", "commit"}) {
+    EXPECT_TRUE(run.at("machine").contains(key)) << key;
+  }
+  EXPECT_TRUE(run.at("penetration_mm").contains("mean"));
+  EXPECT_TRUE(run.at("penetration_mm").contains("max"));
+  EXPECT_EQ(run.at("momentum").size(), 3u);
+  EXPECT_EQ(run.at("scene"), "tiny");
+  EXPECT_EQ(run.at("mode"), "serial");
+  EXPECT_EQ(run.at("steps"), 20);
+  EXPECT_EQ(run.at("bodies"), 21);
+  EXPECT_TRUE(run.at("stages_ms").contains("broadphase"));
+  EXPECT_GT(run.at("step_ms").at("max").get<double>(), 0);
+  EXPECT_GT(run.at("peak_rss_mb").get<double>(), 1);
+
+  const std::string hash = run.at("state_hash");
+  EXPECT_EQ(hash.size(), 18u);
+  EXPECT_EQ(hash.substr(0, 2), "0x");
+  ASSERT_EQ(run.at("hashes").size(), 2u);  // of steps 10 and 20; the warmup counts
+  EXPECT_EQ(run.at("hashes")[1].at("step"), 20);
+}
+
+TEST(SkerryRun, warmup_and_steps_make_one_history) {
+  const json whole = run_to_json({"tiny", "--steps", "30"});
+  const json parts = run_to_json({"tiny", "--warmup", "12", "--steps", "18"});
+  EXPECT_EQ(parts.at("state_hash"), whole.at("state_hash"));
+}
+
+TEST(SkerryRun, seeds_substeps_and_dt_reach_the_world) {
+  const json plain = run_to_json({"tiny", "--steps", "30"});
+  EXPECT_EQ(run_to_json({"tiny", "--steps", "30", "--seed", "12345"}).at("state_hash"),
+            plain.at("state_hash"));
+  for (const std::vector<std::string>& change : std::vector<std::vector<std::string>>{
+           {"--seed", "7"}, {"--substeps", "2"}, {"--dt", "0.02"}}) {
+    std::vector<std::string> arguments = {"tiny", "--steps", "30"};
+    arguments.insert(arguments.end(), change.begin(), change.end());
+    EXPECT_NE(run_to_json(arguments).at("state_hash"), plain.at("state_hash")) << change[0];
+  }
+}
+
+TEST(SkerryRun, every_mode_and_worker_count_makes_the_same_bits) {
+  for (const char* scene : {"tiny", "brick_wall"}) {
+    const std::vector<std::string> base = {scene, "--steps", "130", "--hash-every", "10"};
+    const json serial = run_to_json(base);
+    for (const char* mode :
+         {"dedicated_thread", "dedicated_thread_jobs", "fork_join", "job_system"}) {
+      for (const char* workers : {"1", "2", "3"}) {
+        std::vector<std::string> arguments = base;
+        arguments.insert(arguments.end(), {"--mode", mode, "--workers", workers});
+        const json run = run_to_json(arguments);
+        EXPECT_EQ(run.at("mode"), mode);
+        EXPECT_EQ(run.at("hashes"), serial.at("hashes")) << scene << ' ' << mode << ' ' << workers;
+        EXPECT_EQ(run.at("state_hash"), serial.at("state_hash"));
+      }
+    }
+  }
+}
+
+TEST(SkerryRun, trace_holds_the_tasks_of_the_timed_steps) {
+  const ScratchDirectory scratch;
+  const std::string file = scratch / "trace.json";
+  ASSERT_EQ(run_skerry({"run", "tiny", "--steps", "3", "--warmup", "2", "--trace", file}).status,
+            0);
+  const json trace = json::parse(read_file(file));
+  std::set<int> steps;
+  bool narrowphase = false;
+  for (const json& event : trace.at("traceEvents")) {
+    if (event.at("ph") != "X") continue;
+    steps.insert(event.at("args").at("step").get<int>());
+    narrowphase = narrowphase || event.at("name") == "narrowphase";
+    EXPECT_GE(event.at("ts").get<double>(), 0);
+    EXPECT_GE(event.at("dur").get<double>(), 0);
+  }
+  EXPECT_EQ(steps, (std::set<int>{3, 4, 5}));
+  EXPECT_TRUE(narrowphase);
+}
+
+TEST(SkerryRun, interruption_keeps_what_was_measured) {
+  const ScratchDirectory scratch;
+  const std::string file = scratch / "run.json";
+  const Outcome outcome =
+      run_skerry({"run", "tiny", "--steps", "1000000000", "--json", file}, 1500);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const json run = json::parse(read_file(file));
+  EXPECT_EQ(run.at("interrupted"), true);
+  EXPECT_GT(run.at("steps").get<int>(), 0);
+}
+
+TEST(SkerryCompare, holds_all_modes_against_serial) {
+  const ScratchDirectory scratch;
+  const Outcome outcome =
+      run_skerry({"compare", "tiny", "brick_wall", "--steps", "40", "--reps", "2", "--host-ms",
+                  "0,1", "--frames", "10", "--workers", "2", "--out", scratch / "new/results"});
+  EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+  const json results = json::parse(read_file(scratch / "new/results/results.json"));
+  EXPECT_EQ(results.at("format"), "skerry-compare");
+  EXPECT_EQ(results.at("version"), 1);
+  EXPECT_EQ(results.at("equal"), true);
+  ASSERT_EQ(results.at("scenes").size(), 2u);
+  for (const json& scene : results.at("scenes")) {
+    EXPECT_EQ(scene.at("reps"), 2);
+    EXPECT_EQ(scene.at("throughput").size(), 5u);
+    EXPECT_EQ(scene.at("frames").size(), 10u);
+    EXPECT_FALSE(scene.at("verdict").empty());
+    std::set<std::string> modes;
+    for (const json& row : scene.at("throughput")) {
+      modes.insert(row.at("mode"));
+      EXPECT_EQ(row.at("equal"), true);
+      EXPECT_EQ(row.at("state_hash"), scene.at("throughput")[0].at("state_hash"));
+      EXPECT_GT(row.at("step_ms").at("p50").get<double>(), 0);
+    }
+    EXPECT_EQ(modes, (std::set<std::string>{"serial", "dedicated_thread", "dedicated_thread_jobs",
+                                            "fork_join", "job_system"}));
+    for (const json& row : scene.at("frames")) {
+      EXPECT_TRUE(row.contains("missed"));
+      EXPECT_TRUE(row.contains("state_age_ms"));
+      EXPECT_TRUE(row.contains("blocked_ms"));
+      EXPECT_TRUE(row.contains("helped_ms"));
+      EXPECT_TRUE(row.contains("cpu_ms_per_frame"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace skerry::test
