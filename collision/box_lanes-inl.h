@@ -233,13 +233,15 @@ void clip(const IncidentFace<L>& face, L hu, L hv, L tolerance, Candidates<L>& o
     const L enter = max(max(min(tu1, tu2), min(tv1, tv2)), zero);
     const L leave = min(min(max(tu1, tu2), max(tv1, tv2)), one);
     const typename L::Mask inside = !(enter > leave);
-    out.u[k] = u + enter * du;
-    out.v[k] = v + enter * dv;
-    out.height[k] = h + enter * dh;
+    // Points that are gone stay near: a huge one would overflow the scores that rule it out.
+    const L first = min(enter, one), last = max(leave, zero);
+    out.u[k] = u + first * du;
+    out.v[k] = v + first * dv;
+    out.height[k] = h + first * dh;
     out.out[k] = select(inside & (enter < one), zero, gone);
-    out.u[4 + k] = u + leave * du;
-    out.v[4 + k] = v + leave * dv;
-    out.height[4 + k] = h + leave * dh;
+    out.u[4 + k] = u + last * du;
+    out.v[4 + k] = v + last * dv;
+    out.height[4 + k] = h + last * dh;
     out.out[4 + k] = select(inside & (leave < one), zero, gone);
   }
   const L scale = one / (face.pu * face.qv - face.pv * face.qu);
