@@ -12,6 +12,9 @@ function(skerry_add_tests FOLDER)
     return()
   endif()
   set(target skerry_test_${FOLDER})
+  if(FOLDER STREQUAL "support")
+    set(target skerry_test_test_support)  # skerry_test_support is the library
+  endif()
   add_executable(${target} ${sources})
   target_link_libraries(${target} PRIVATE skerry_test_support skerry_scenes ${TEST_LIBS}
                         GTest::gmock GTest::gtest_main Threads::Threads)

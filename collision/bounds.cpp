@@ -39,15 +39,15 @@ V3d row(const M3d& m, int axis) {
   return {component(m.c0, axis), component(m.c1, axis), component(m.c2, axis)};
 }
 M3d times(const M3d& a, const M3d& b) { return {a * b.c0, a * b.c1, a * b.c2}; }
-V3d widened(const V3f& v) { return {double{v.x}, double{v.y}, double{v.z}}; }
+V3d widened(const V3f& v) { return {double(v.x), double(v.y), double(v.z)}; }
 
 M3d shape_axes(const Collider& collider, const core::BodyPose& pose) {
   const Quat& q = pose.orientation;
   const M3d body = to_matrix(core::Q4<double>{q.x(), q.y(), q.z(), q.w()});
   if (!collider.has_local_rotation) return body;
   const core::Q4f& local = collider.local_rotation;
-  return times(body, to_matrix(core::Q4<double>{double{local.x}, double{local.y}, double{local.z},
-                                                double{local.w}}));
+  return times(body, to_matrix(core::Q4<double>{double(local.x), double(local.y), double(local.z),
+                                                double(local.w)}));
 }
 
 // How far a disc with this radius, across the given axis, reaches along each world axis.
@@ -80,8 +80,8 @@ double symmetric_reach(const Collider& collider, const M3d& axes, int i) {
 Range cone_range(const Collider& collider, const M3d& axes) {
   Range range;
   for (int i = 0; i < 3; ++i) {
-    const double up = component(axes.c1, i), apex = up * double{collider.size.y};
-    const double disc = disc_reach(double{collider.size.x}, up);
+    const double up = component(axes.c1, i), apex = up * double(collider.size.y);
+    const double disc = disc_reach(double(collider.size.x), up);
     range.low[i] = std::min(apex, -apex - disc);
     range.high[i] = std::max(apex, -apex + disc);
   }

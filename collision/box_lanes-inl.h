@@ -102,8 +102,9 @@ struct WidestEdges {
 // squares, which spares nine roots and divisions.
 template <class L>
 WidestEdges<L> widest_edges(const Axes<L>& at, const L* ha, const L* hb) {
-  // Closer to parallel than 2 mrad a cross product says nothing that a face does not say better.
-  const L parallel = L(4e-6f), none = L(-1e30f);
+  // Closer to parallel than half a milliradian rounding decides the direction of a cross product,
+  // and a face is as good within the tolerance.
+  const L parallel = L(2.5e-7f), none = L(-1e30f);
   L best = none, best_squared = L(1.0f), best_distance = L(0.0f), best_i = L(0.0f),
     best_j = L(0.0f), best_signed = none;
   for (int i = 0; i < 3; ++i) {
@@ -165,9 +166,14 @@ Chosen<L> take(Candidates<L>& from, Score score) {
 
 // The same choice as choose_points: deep, far, and twice the largest area.
 template <class L>
-void choose_four(Candidates<L>& from, Chosen<L>* chosen) {
-  const L pu = L(0.6f / 256), pv = L(0.8f / 256);
-  const Chosen<L> p1 = take(from, [&](L u, L v, L h) SKERRY_LANES { return (pu * u + pv * v) - h; });
+void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
+  L deepest = L(3e38f);
+  for (int k = 0; k < Candidates<L>::kCount; ++k)
+    deepest = min(deepest, from.height[k] - from.out[k]);
+  const L limit = deepest + tolerance, pu = L(0.6f), pv = L(0.8f), shallow = L(-1e30f);
+  const Chosen<L> p1 = take(from, [&](L u, L v, L h) SKERRY_LANES {
+    return select(h > limit, shallow, pu * u + pv * v);
+  });
   const Chosen<L> p2 = take(from, [&](L u, L v, L) SKERRY_LANES {
     const L du = u - p1.u, dv = v - p1.v;
     return du * du + dv * dv;
@@ -230,18 +236,18 @@ void clip(const IncidentFace<L>& face, L hu, L hv, L tolerance, Candidates<L>& o
     const L iu = k < 2 ? inverse_u[e] : -inverse_u[e], iv = k < 2 ? inverse_v[e] : -inverse_v[e];
     const L tu1 = (-limit_u - u) * iu, tu2 = (limit_u - u) * iu;
     const L tv1 = (-limit_v - v) * iv, tv2 = (limit_v - v) * iv;
-    const L enter = max(max(min(tu1, tu2), min(tv1, tv2)), zero);
-    const L leave = min(min(max(tu1, tu2), max(tv1, tv2)), one);
-    const typename L::Mask inside = !(enter > leave);
-    // Points that are gone stay near: a huge one would overflow the scores that rule it out.
-    const L first = min(enter, one), last = max(leave, zero);
-    out.u[k] = u + first * du;
-    out.v[k] = v + first * dv;
-    out.height[k] = h + first * dh;
+    const L first = max(max(min(tu1, tu2), min(tv1, tv2)), zero);
+    const L last = min(min(max(tu1, tu2), max(tv1, tv2)), one);
+    const typename L::Mask inside = !(first > last);
+    // Candidates that are out must stay finite all the same: their scores are computed.
+    const L enter = min(first, one), leave = max(last, zero);
+    out.u[k] = u + enter * du;
+    out.v[k] = v + enter * dv;
+    out.height[k] = h + enter * dh;
     out.out[k] = select(inside & (enter < one), zero, gone);
-    out.u[4 + k] = u + last * du;
-    out.v[4 + k] = v + last * dv;
-    out.height[4 + k] = h + last * dh;
+    out.u[4 + k] = u + leave * du;
+    out.v[4 + k] = v + leave * dv;
+    out.height[4 + k] = h + leave * dh;
     out.out[4 + k] = select(inside & (leave < one), zero, gone);
   }
   const L scale = one / (face.pu * face.qv - face.pv * face.qu);
@@ -338,7 +344,7 @@ void face_contact(const OrientedBox<L>& a, const OrientedBox<L>& b, const Vec<L>
   }
 
   Chosen<L> chosen[4];
-  choose_four(candidates, chosen);
+  choose_four(candidates, tolerance, chosen);
 
   // Feature: reference face and incident face, then the candidate's number.
   const L reference_id = (face.i + face.i) + select(sign > zero, one, zero);
@@ -447,7 +453,11 @@ BoxContact<L> collide_box_lanes(const OrientedBox<L>& a, const OrientedBox<L>& b
     return contact;
   }
   face_contact(a, b, d, at, query, on_b, face, tolerance, contact);
-  if (!all(!on_edges)) edge_contact(a, b, d, query, edges, on_edges, contact);
+  // Where two edges cross near the rim of a face, that face may hold no point at all.
+  const typename L::Mask empty =
+      (contact.feature[0] < zero) & (edges.separation + (tolerance + tolerance) > face.separation);
+  const typename L::Mask crossing = on_edges | empty;
+  if (!all(!crossing)) edge_contact(a, b, d, query, edges, crossing, contact);
   // Lanes that are apart look the same whether or not their neighbours were.
   contact.normal = select(apart, Vec<L>{zero, L(1.0f), zero}, contact.normal);
   contact.kind = select(apart, zero, contact.kind);

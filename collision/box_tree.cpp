@@ -15,9 +15,9 @@ constexpr unsigned kDeepest = kMaxDepth / 2;
 constexpr double kWornOut = 1.5;
 
 double half_area(const Aabb& box) {
-  const double x = double{box.max[0]} - double{box.min[0]},
-               y = double{box.max[1]} - double{box.min[1]},
-               z = double{box.max[2]} - double{box.min[2]};
+  const double x = double(box.max[0]) - double(box.min[0]),
+               y = double(box.max[1]) - double(box.min[1]),
+               z = double(box.max[2]) - double(box.min[2]);
   return x >= 0 ? x * y + y * z + z * x : 0;  // inverted: empty
 }
 Aabb joined(Aabb a, const Aabb& b) {

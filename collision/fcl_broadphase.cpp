@@ -23,9 +23,9 @@ class BoxObject final : public fcl::CollisionObjectd {
     collider = index;
     exact = box;
     aabb.min_ =
-        fcl::Vector3d(double{box.min[0]}, double{box.min[1]}, double{box.min[2]}).array() - kRim;
+        fcl::Vector3d(double(box.min[0]), double(box.min[1]), double(box.min[2])).array() - kRim;
     aabb.max_ =
-        fcl::Vector3d(double{box.max[0]}, double{box.max[1]}, double{box.max[2]}).array() + kRim;
+        fcl::Vector3d(double(box.max[0]), double(box.max[1]), double(box.max[2])).array() + kRim;
   }
 
   ColliderIndex collider = 0;

@@ -10,9 +10,10 @@ using core::dot;
 
 namespace {
 
-// The first choice is "deepest", but depths at rest are equal up to rounding: this much of a fixed
-// direction decides among equals, so that the choice does not flicker.
-constexpr V3f kPreferred{0.6f / 256, 0.2f / 256, 0.77f / 256};
+// The first choice is a deep point, but at rest all are equally deep up to rounding: among those
+// within the tolerance a fixed direction decides, so that the choice does not flicker.
+constexpr V3f kPreferred{0.6f, 0.2f, 0.77f};
+constexpr float kDepthTolerance = 1e-3f;  // of the patch's size
 
 template <class Score>
 std::uint32_t best(const ContactPoint* points, std::uint32_t count, Score score) {
@@ -77,8 +78,16 @@ void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& n
     return patch.points[patch.count - 1].position;
   };
   patch.count = 0;
-  const V3f p1 = take(
-      [](const ContactPoint& p) { return dot(kPreferred, p.position) - p.separation; });
+  float deepest = 3e38f, squared_size = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const V3f r = points[i].position - points[0].position;
+    squared_size = std::max(squared_size, dot(r, r));
+    deepest = std::min(deepest, points[i].separation);
+  }
+  const float limit = deepest + kDepthTolerance * std::sqrt(squared_size);
+  const V3f p1 = take([&](const ContactPoint& p) {
+    return p.separation > limit ? -1e30f : dot(kPreferred, p.position);
+  });
   const V3f p2 = take([&](const ContactPoint& p) {
     const V3f r = p.position - p1;
     return dot(r, r);

@@ -191,9 +191,9 @@ void ProxyBroadphase::set_leash(const core::Bodies& bodies, BodyIndex body, doub
   const double orientation[4] = {q.w(), q.x(), q.y(), q.z()};
   std::copy_n(orientation, 4, leash.orientation);
   const bool fixed = !(bodies.flags[body] & (core::kDynamic | core::kKinematic));
-  const double reach = double{leash.reach};
+  const double reach = double(leash.reach);
   const double most = std::min(reach, 1e6);
-  const double margin = std::clamp(kMarginPart * leash.reach, kLeastMargin, kMostMargin);
+  const double margin = double(std::clamp(kMarginPart * leash.reach, kLeastMargin, kMostMargin));
   const double turning = std::min(spin(motion, dt) * most * kForeseenSteps, 2 * most);
   for (int axis = 0; axis < 3; ++axis) {
     leash.center[axis] = pose.center[axis];
@@ -205,6 +205,7 @@ void ProxyBroadphase::set_leash(const core::Bodies& bodies, BodyIndex body, doub
     leash.high[axis] =
         fixed ? 0 : static_cast<float>(slack + (motion.linear[axis] > 0 ? foreseen : 0));
   }
+  leash.least = fixed ? 0 : static_cast<float>(margin + turning);
 }
 
 Aabb ProxyBroadphase::fattened(const core::Bodies& bodies, const Collider& collider,
@@ -213,27 +214,38 @@ Aabb ProxyBroadphase::fattened(const core::Bodies& bodies, const Collider& colli
   Aabb box = tight_bounds(collider, bodies.pose[body]);
   for (int axis = 0; axis < 3; ++axis) {
     if (leash.low[axis] > 0)
-      box.min[axis] = nudged_down(double{box.min[axis]} - double{leash.low[axis]});
+      box.min[axis] = nudged_down(double(box.min[axis]) - double(leash.low[axis]));
     if (leash.high[axis] > 0)
-      box.max[axis] = nudged_up(double{box.max[axis]} + double{leash.high[axis]});
+      box.max[axis] = nudged_up(double(box.max[axis]) + double(leash.high[axis]));
   }
   return box;
 }
 
-// The hot path: a body at rest costs this and no more.
+// The hot path: a body at rest costs the first half of this and no more.
 bool ProxyBroadphase::holds(const Leash& leash, const core::BodyPose& pose,
                             const core::BodyMotion& motion, double dt) {
-  const double reach = double{leash.reach};
+  const double reach = double(leash.reach);
   const double turned = (turn(pose.orientation, leash.orientation) + spin(motion, dt)) * reach;
   // No turn moves a point by more than the diameter.
-  const double free = double{kSpeculativeDistance} + (turned < 2 * reach ? turned : 2 * reach);
+  const double free = double(kSpeculativeDistance) + (turned < 2 * reach ? turned : 2 * reach);
+  const double gone[3] = {pose.center.x() - leash.center[0], pose.center.y() - leash.center[1],
+                          pose.center.z() - leash.center[2]};
+  const double farthest =
+      sum_of_sizes(gone[0], gone[1], gone[2]) + free +
+      sum_of_sizes(motion.linear.x(), motion.linear.y(), motion.linear.z()) * dt;
+  return farthest <= double(leash.least) || holds_along(leash, pose, motion, dt, free);
+}
+
+// The same axis by axis; `free` is the way that turning and speculation may take in any direction.
+bool ProxyBroadphase::holds_along(const Leash& leash, const core::BodyPose& pose,
+                                  const core::BodyMotion& motion, double dt, double free) {
   bool hold = true;
   for (int axis = 0; axis < 3; ++axis) {
     const double gone = pose.center[axis] - leash.center[axis];
     const double next = gone + motion.linear[axis] * dt;
-    const double low = (gone < next ? gone : next) - free,
-                 high = (gone > next ? gone : next) + free;
-    hold &= (low >= -double{leash.low[axis]}) & (high <= double{leash.high[axis]});
+    const double low = (gone < next ? gone : next) - free;
+    const double high = (gone > next ? gone : next) + free;
+    hold &= (low >= -double(leash.low[axis])) & (high <= double(leash.high[axis]));
   }
   return hold;
 }
@@ -244,7 +256,10 @@ void ProxyBroadphase::update_bounds(const StepContext& step, IndexRange awake_bo
     const BodyIndex body = bodies.awake[i];
     if (body >= leashes_.size() || leashes_[body].proxies == 0) continue;
     if (holds(leashes_[body], bodies.pose[body], bodies.motion[body], step.dt)) continue;
-    if (!still_inside(step, body)) enlarge(step, body);
+    // A body that has left by its translation alone needs no exact test.
+    const bool may_be_inside = holds_along(leashes_[body], bodies.pose[body], bodies.motion[body],
+                                           step.dt, double(kSpeculativeDistance));
+    if (!may_be_inside || !still_inside(step, body)) enlarge(step, body);
   }
 }
 
@@ -254,9 +269,9 @@ bool ProxyBroadphase::still_inside(const StepContext& step, BodyIndex body) {
   const core::Bodies& bodies = *step.bodies;
   const core::BodyMotion& motion = bodies.motion[body];
   Leash& leash = leashes_[body];
-  const double reach = double{leash.reach};
+  const double reach = double(leash.reach);
   const double turned = spin(motion, step.dt) * reach;
-  const double free = double{kSpeculativeDistance} + (turned < 2 * reach ? turned : 2 * reach);
+  const double free = double(kSpeculativeDistance) + (turned < 2 * reach ? turned : 2 * reach);
   float low[3], high[3];
   for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = std::numeric_limits<float>::max();
   bool in = true;
@@ -266,8 +281,8 @@ bool ProxyBroadphase::still_inside(const StepContext& step, BodyIndex body) {
     Aabb swept = tight;
     for (int axis = 0; axis < 3; ++axis) {
       const double way = motion.linear[axis] * step.dt;
-      swept.min[axis] = nudged_down(double{tight.min[axis]} - free + (way < 0 ? way : 0));
-      swept.max[axis] = nudged_up(double{tight.max[axis]} + free + (way > 0 ? way : 0));
+      swept.min[axis] = nudged_down(double(tight.min[axis]) - free + (way < 0 ? way : 0));
+      swept.max[axis] = nudged_up(double(tight.max[axis]) + free + (way > 0 ? way : 0));
       // Infinite sides of planes leave any slack; std::min passes over their NaN.
       low[axis] = std::min(low[axis], tight.min[axis] - fat.min[axis]);
       high[axis] = std::min(high[axis], fat.max[axis] - tight.max[axis]);
@@ -283,6 +298,7 @@ bool ProxyBroadphase::still_inside(const StepContext& step, BodyIndex body) {
     leash.low[axis] = low[axis];
     leash.high[axis] = high[axis];
   }
+  leash.least = std::min({low[0], low[1], low[2], high[0], high[1], high[2]});
   return true;
 }
 

@@ -57,11 +57,12 @@ class ProxyBroadphase : public Broadphase {
 
   // Where a body was when its fat boxes were made, and how far it may go from there: while its
   // centre stays within [-low, +high] of `center`, turning included, the fat boxes hold.
-  struct Leash {
+  struct alignas(64) Leash {
     double center[3] = {};
     double orientation[4] = {1, 0, 0, 0};
+    float reach = 0;  // m, farthest that a turn of one radian moves a point of a shape
+    float least = 0;  // m, of low and high: the first cache line decides for a body at rest
     float low[3] = {}, high[3] = {};  // m
-    float reach = 0;                  // m, farthest that a turn can move a point of a shape
     std::uint32_t proxies = 0;
   };
 
@@ -73,6 +74,8 @@ class ProxyBroadphase : public Broadphase {
   static bool of_fixed(const Proxy& proxy) { return !(proxy.flags & (kOfDynamic | kOfKinematic)); }
   static bool holds(const Leash& leash, const core::BodyPose& pose, const core::BodyMotion& motion,
                     double dt);
+  static bool holds_along(const Leash& leash, const core::BodyPose& pose,
+                          const core::BodyMotion& motion, double dt, double free);
 
   void describe(const core::Bodies& bodies, const core::Colliders& colliders,
                 ColliderIndex collider);

@@ -81,7 +81,6 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
     board_.store(board, std::memory_order_release);
   }
   for (std::uint32_t i = 0; i < stages; ++i) {
-    board->states[i].finished.store(0, std::memory_order_relaxed);
     board->states[i].waiting.store(graph.wait_count(i), std::memory_order_relaxed);
   }
   recorder_.begin_run(graph, options.report);
@@ -151,6 +150,7 @@ std::uint32_t GraphRun::open_stage(std::uint32_t stage) {
   const std::uint32_t chunks = chunk_count(stage, items);
   state(stage).items = items;
   state(stage).chunks = chunks;
+  state(stage).unfinished.store(chunks, std::memory_order_relaxed);
   recorder_.items(stage, items);
   if (chunks == 0) return 0;
   running_.store(true, std::memory_order_seq_cst);
@@ -186,7 +186,9 @@ void GraphRun::redeem_ticket(std::uint32_t preferred_index) {
   do {
     if (!inside_already) participate(preferred_index);
     tickets_out_.fetch_sub(1, std::memory_order_seq_cst);
-    // Work that came up while this thread still counted as being here.
+    // Work that came up while this thread still counted as being here: whoever opened it either
+    // saw the ticket gone, or is seen now.
+    std::atomic_thread_fence(std::memory_order_seq_cst);
   } while (!inside_already && has_work() && reserve_tickets(1) == 1);
 }
 
@@ -238,23 +240,23 @@ std::optional<GraphRun::Work> GraphRun::claim() {
     std::uint64_t open = board.open[word].load(std::memory_order_acquire);
     for (; open; open &= open - 1) {
       const std::uint32_t stage = word * 64 + std::uint32_t(std::countr_zero(open));
-      StageState& state = board.states[stage];
-      std::uint32_t unclaimed = state.unclaimed.load(std::memory_order_relaxed);
-      while (unclaimed > 0) {
-        if (!state.unclaimed.compare_exchange_weak(
-                unclaimed, unclaimed - 1, std::memory_order_acq_rel, std::memory_order_relaxed)) {
-          continue;
-        }
-        // The stage cannot open again before this chunk is finished, so the bit is ours to clear.
-        if (unclaimed == 1) {
-          board.open[word].fetch_and(~(std::uint64_t{1} << (stage % 64)),
-                                     std::memory_order_relaxed);
-        }
-        return Work{stage, state.chunks - unclaimed};
-      }
+      if (const auto work = claim_from(board, stage)) return work;
     }
   }
   return std::nullopt;
+}
+
+std::optional<GraphRun::Work> GraphRun::claim_from(Board& board, std::uint32_t stage) {
+  StageState& state = board.states[stage];
+  if (state.unclaimed.load(std::memory_order_relaxed) <= 0) return std::nullopt;
+  const std::int64_t unclaimed = state.unclaimed.fetch_sub(1, std::memory_order_acq_rel);
+  if (unclaimed <= 0) return std::nullopt;
+  // The stage cannot open again before this chunk is finished, so the bit is ours to clear.
+  if (unclaimed == 1) {
+    board.open[stage / 64].fetch_and(~(std::uint64_t{1} << (stage % 64)),
+                                     std::memory_order_relaxed);
+  }
+  return Work{stage, state.chunks - static_cast<std::uint32_t>(unclaimed)};
 }
 
 bool GraphRun::has_work() const {
@@ -272,8 +274,8 @@ bool GraphRun::has_work() const {
 void GraphRun::wait_for_work_or_end() {
   const auto ready = [this] { return is_over() || has_work(); };
   if (spin_until(ready, spin_ns_)) return;
-  const int key = event_.key();
-  if (!ready()) event_.wait(key);
+  EventCount::Sleeper sleeper(event_);
+  if (!ready()) sleeper.sleep();
 }
 
 // False when there was nothing for a while, or no run.
@@ -284,7 +286,9 @@ bool GraphRun::spin_for_work() {
     if (!spin_until(begun, awake_ns)) return false;
   }
   // A run has begun, so the early wake has served.
-  awake_until_ns_.store(0, std::memory_order_relaxed);
+  if (awake_until_ns_.load(std::memory_order_relaxed) != 0) {
+    awake_until_ns_.store(0, std::memory_order_relaxed);
+  }
   spin_until([this] { return has_work() || is_over(); }, spin_ns_);
   return has_work();
 }
@@ -295,20 +299,28 @@ void GraphRun::run_from(Work work, std::uint32_t worker) {
 }
 
 // Runs a chunk through its chain of stages; returns what it set free for this thread. After the
-// last finish_chunk() the run may be over and the graph gone.
+// last finish_chunks() the run may be over and the graph gone.
 std::optional<GraphRun::Work> GraphRun::run_chunk(Work work, std::uint32_t worker) {
-  if (by_stage_) {
-    run_kernel(work.stage, work.chunk, worker);
-    return finish_chunk(work.stage, false);
-  }
   const auto chain = graph_->chain(work.stage);
+  if (by_stage_ || chain.size() == 1) return run_chunks(work, worker);
   for (const std::uint32_t stage : chain.first(chain.size() - 1)) {
     run_kernel(stage, work.chunk, worker);
-    finish_chunk(stage, false);
+    finish_chunks(stage, 1, false);
   }
   const std::uint32_t last = chain.back();
   run_kernel(last, work.chunk, worker);
-  return finish_chunk(last, true);
+  return finish_chunks(last, 1, true);
+}
+
+// A stage that is a chain by itself: as many of its chunks as there are to be had, reported at once.
+std::optional<GraphRun::Work> GraphRun::run_chunks(Work first, std::uint32_t worker) {
+  Board& board = *board_.load(std::memory_order_relaxed);
+  std::uint32_t count = 0;
+  for (std::optional<Work> work = first; work; work = claim_from(board, first.stage)) {
+    run_kernel(first.stage, work->chunk, worker);
+    ++count;
+  }
+  return finish_chunks(first.stage, count, true);
 }
 
 void GraphRun::run_kernel(std::uint32_t stage, std::uint32_t chunk, std::uint32_t worker) {
@@ -331,10 +343,11 @@ void GraphRun::run_kernel(std::uint32_t stage, std::uint32_t chunk, std::uint32_
 
 // ---- order --------------------------------------------------------------------------------------
 
-std::optional<GraphRun::Work> GraphRun::finish_chunk(std::uint32_t stage, bool may_keep) {
-  StageState& state = this->state(stage);
-  const std::uint32_t chunks = state.chunks;
-  if (state.finished.fetch_add(1, std::memory_order_acq_rel) + 1 != chunks) return std::nullopt;
+std::optional<GraphRun::Work> GraphRun::finish_chunks(std::uint32_t stage, std::uint32_t count,
+                                                      bool may_keep) {
+  if (state(stage).unfinished.fetch_sub(count, std::memory_order_acq_rel) != count) {
+    return std::nullopt;
+  }
   if (by_stage_) {
     end_run();
     return std::nullopt;
@@ -362,6 +375,7 @@ void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
   for (const std::uint32_t stage : chain) {
     state(stage).items = items;
     state(stage).chunks = chunks;
+    state(stage).unfinished.store(chunks, std::memory_order_relaxed);
     recorder_.items(stage, items);
   }
   if (chunks == 0) {

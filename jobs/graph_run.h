@@ -85,10 +85,10 @@ class GraphRun final : private TeamHost {
 
  private:
   struct alignas(128) StageState {
-    std::atomic<std::uint32_t> unclaimed{0};  // chunks
+    std::atomic<std::int64_t> unclaimed{0};  // chunks; below 0: somebody looked in vain
     // The rest changes hands with the claims.
-    alignas(64) std::atomic<std::uint32_t> finished{0};  // chunks
-    std::atomic<std::uint32_t> waiting{0};               // for so many stages
+    alignas(64) std::atomic<std::uint32_t> unfinished{0};  // chunks
+    std::atomic<std::uint32_t> waiting{0};                 // for so many stages
     std::uint32_t chunks = 0;
     std::uint32_t items = 0;
   };
@@ -118,6 +118,7 @@ class GraphRun final : private TeamHost {
   void work(std::uint32_t worker);
   void serve(std::uint32_t worker);
   std::optional<Work> claim();
+  std::optional<Work> claim_from(Board& board, std::uint32_t stage);
   bool has_work() const;
   bool is_over() const { return !running_.load(std::memory_order_seq_cst); }
   void wait_for_work_or_end();
@@ -126,7 +127,8 @@ class GraphRun final : private TeamHost {
   void run_from(Work work, std::uint32_t worker);
   std::optional<Work> run_chunk(Work work, std::uint32_t worker);
   void run_kernel(std::uint32_t stage, std::uint32_t chunk, std::uint32_t worker);
-  std::optional<Work> finish_chunk(std::uint32_t stage, bool may_keep);
+  std::optional<Work> run_chunks(Work first, std::uint32_t worker);
+  std::optional<Work> finish_chunks(std::uint32_t stage, std::uint32_t count, bool may_keep);
   void finish_stage(std::uint32_t stage, Released& released, bool may_keep);
   void release(std::uint32_t head, Released& released, bool may_keep);
   void release_roots(Released& released, bool may_keep);

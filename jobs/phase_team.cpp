@@ -90,7 +90,7 @@ bool PhaseTeam::help(std::uint32_t worker) {
 }
 
 bool PhaseTeam::has_blocks() const {
-  for (std::uint32_t open = open_.load(std::memory_order_seq_cst); open; open &= open - 1) {
+  for (std::uint32_t open = open_.load(std::memory_order_acquire); open; open &= open - 1) {
     if (has_blocks(slots_[std::countr_zero(open)])) return true;
   }
   return false;
@@ -127,8 +127,8 @@ void PhaseTeam::open_next(Slot& slot, std::uint32_t phase) {
         slot.interrupted = true;
         break;
       }
-      slot.blocks = slot.program->block_count(phase);
-      if (slot.blocks > 0) return open(slot, phase);
+      const std::uint32_t blocks = slot.program->block_count(phase);
+      if (blocks > 0) return open(slot, phase, blocks);
     }
   } catch (...) {
     fail(slot, phase, 0);
@@ -136,18 +136,17 @@ void PhaseTeam::open_next(Slot& slot, std::uint32_t phase) {
   close(slot);
 }
 
-void PhaseTeam::open(Slot& slot, std::uint32_t phase) {
-  // The moment the first share is filled another thread may finish the phase, and the program.
-  const std::uint32_t blocks = slot.blocks;
+void PhaseTeam::open(Slot& slot, std::uint32_t phase, std::uint32_t blocks) {
+  // The moment the last share is filled others may finish the phase, and the program.
   const char* const name = slot.owner.name;
-  slot.phase = phase;
-  slot.reported.store(0, std::memory_order_relaxed);
+  slot.unreported.store(blocks, std::memory_order_relaxed);
+  std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < shares_; ++i) {
-    const auto bound = [&](std::uint32_t share) {
-      return std::uint32_t(std::uint64_t{blocks} * share / shares_);
-    };
-    if (bound(i) == bound(i + 1)) continue;
-    slot.shares[i].blocks.store(pack(bound(i), bound(i + 1)), std::memory_order_release);
+    const auto end = static_cast<std::uint32_t>(std::uint64_t{blocks} * (i + 1) / shares_);
+    if (begin == end) continue;
+    slot.shares[i].phase = phase;
+    slot.shares[i].blocks.store(pack(begin, end), std::memory_order_release);
+    begin = end;
   }
   event_.signal();
   if (blocks > 1) host_.phase_opened(name, blocks);
@@ -159,57 +158,60 @@ void PhaseTeam::close(Slot& slot) {
 }
 
 bool PhaseTeam::run_claimable(Slot& slot, std::uint32_t worker) {
-  auto block = claim(slot, worker);
-  if (!block) return false;
+  const auto first = claim(slot, worker);
+  if (!first) return false;
   const std::int64_t begin_ns = recorder_.now();
   std::uint32_t count = 0;
-  do {
-    run_block(slot, *block, worker);
+  for (auto claimed = first; claimed; claimed = claim(slot, worker)) {
+    run_block(slot, *claimed, worker);
     ++count;
-    block = claim(slot, worker);
-  } while (block);
+  }
   if (worker != slot.owner_worker && recorder_.on()) {
     recorder_.joined(worker, slot.owner.stage, slot.owner.item, slot.program_number, begin_ns,
                      recorder_.now());
   }
-  report(slot, count);
+  report(slot, first->phase, count);
   return true;
 }
 
-void PhaseTeam::run_block(Slot& slot, std::uint32_t block, std::uint32_t worker) {
+void PhaseTeam::run_block(Slot& slot, const Claim& claim, std::uint32_t worker) {
   if (slot.failed.load(std::memory_order_relaxed)) return;
   try {
-    slot.program->run_block(slot.phase, block, worker);
+    slot.program->run_block(claim.phase, claim.block, worker);
   } catch (...) {
-    fail(slot, slot.phase, block);
+    fail(slot, claim.phase, claim.block);
   }
 }
 
-void PhaseTeam::report(Slot& slot, std::uint32_t count) {
-  const std::uint32_t blocks = slot.blocks;
-  if (slot.reported.fetch_add(count, std::memory_order_acq_rel) + count != blocks) return;
-  open_next(slot, slot.phase + 1);
+// All blocks that one worker ran in a phase are reported at once: the phase cannot end sooner, and
+// the line that all share moves once.
+void PhaseTeam::report(Slot& slot, std::uint32_t phase, std::uint32_t blocks) {
+  if (slot.unreported.fetch_sub(blocks, std::memory_order_acq_rel) == blocks) {
+    open_next(slot, phase + 1);
+  }
 }
 
 void PhaseTeam::wait_for_blocks_or_end(Slot& slot) {
   const auto ready = [&] { return slot.over.load(std::memory_order_acquire) || has_blocks(slot); };
   if (spin_until(ready, spin_ns_)) return;
-  const int key = event_.key();
-  if (!ready()) event_.wait(key);
+  EventCount::Sleeper sleeper(event_);
+  if (!ready()) sleeper.sleep();
 }
 
-std::optional<std::uint32_t> PhaseTeam::claim(Slot& slot, std::uint32_t worker) {
-  const std::uint32_t own = worker % shares_;
-  if (const auto block = take_front(slot.shares[own].blocks)) return block;
+std::optional<PhaseTeam::Claim> PhaseTeam::claim(Slot& slot, std::uint32_t worker) {
+  const std::uint32_t own_index = worker % shares_;
+  Share& own = slot.shares[own_index];
+  if (const auto block = take_front(own.blocks)) return Claim{own.phase, *block};
   for (std::uint32_t i = 1; i < shares_; ++i) {
-    if (const auto block = take_back(slot.shares[(own + i) % shares_].blocks)) return block;
+    Share& other = slot.shares[(own_index + i) % shares_];
+    if (const auto block = take_back(other.blocks)) return Claim{other.phase, *block};
   }
   return std::nullopt;
 }
 
 bool PhaseTeam::has_blocks(const Slot& slot) const {
   for (std::uint32_t i = 0; i < shares_; ++i) {
-    if (!is_empty(slot.shares[i].blocks.load(std::memory_order_seq_cst))) return true;
+    if (!is_empty(slot.shares[i].blocks.load(std::memory_order_relaxed))) return true;
   }
   return false;
 }

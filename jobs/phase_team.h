@@ -62,18 +62,23 @@ class PhaseTeam {
   static constexpr std::uint32_t kSlots = 8;       // programs at once; any more run alone
   static constexpr std::uint32_t kMaxShares = 16;  // contiguous parts of a phase
 
-  // Blocks [next, end) not yet claimed, packed as end << 32 | next.
+  // Plain members here and in Slot are written while no block is claimable, and read by whoever
+  // holds a claim. What changes from phase to phase sits in the cache line that the claim has
+  // fetched anyhow.
   struct alignas(64) Share {
-    std::atomic<std::uint64_t> blocks{0};
+    std::atomic<std::uint64_t> blocks{0};  // [next, end) not yet claimed: end << 32 | next
+    std::uint32_t phase = 0;
   };
 
-  // Plain members are written while no block is claimable, and read by whoever holds a claim.
+  struct Claim {
+    std::uint32_t phase = 0;
+    std::uint32_t block = 0;
+  };
+
   struct alignas(64) Slot {
     PhaseProgram* program = nullptr;
     std::uint64_t program_number = 0;
     std::uint32_t phase_count = 0;
-    std::uint32_t phase = 0;
-    std::uint32_t blocks = 0;  // of this phase
     ProgramOwner owner;
     std::uint32_t owner_worker = 0;
     bool interrupted = false;
@@ -81,21 +86,21 @@ class PhaseTeam {
     std::atomic<bool> over{false};
     std::mutex failure_mutex;
     std::exception_ptr failure;
-    std::uint64_t failed_at = 0;  // phase << 32 | block
-    alignas(64) std::atomic<std::uint32_t> reported{0};
+    std::uint64_t failed_at = 0;                           // phase << 32 | block
+    alignas(64) std::atomic<std::uint32_t> unreported{0};  // blocks of the phase at hand
     std::array<Share, kMaxShares> shares;
   };
 
   std::optional<std::uint32_t> take_slot();
   void run_alone(PhaseProgram& program, std::uint32_t worker);
-  void open(Slot& slot, std::uint32_t phase);
-  void open_next(Slot& slot, std::uint32_t from_phase);
+  void open(Slot& slot, std::uint32_t phase, std::uint32_t blocks);
+  void open_next(Slot& slot, std::uint32_t phase);
   void close(Slot& slot);
   bool run_claimable(Slot& slot, std::uint32_t worker);
-  void run_block(Slot& slot, std::uint32_t block, std::uint32_t worker);
-  void report(Slot& slot, std::uint32_t count);
+  void run_block(Slot& slot, const Claim& claim, std::uint32_t worker);
+  void report(Slot& slot, std::uint32_t phase, std::uint32_t blocks);
   void wait_for_blocks_or_end(Slot& slot);
-  std::optional<std::uint32_t> claim(Slot& slot, std::uint32_t worker);
+  std::optional<Claim> claim(Slot& slot, std::uint32_t worker);
   bool has_blocks(const Slot& slot) const;
   void fail(Slot& slot, std::uint32_t phase, std::uint32_t block);
 

@@ -16,19 +16,21 @@ inline void pause() {
 }
 
 // Spins until `done()` holds or the time is up; returns done(). Looks at the clock every 16 pauses
-// (under a microsecond).
+// (under a microsecond), and not before it has looked at the condition that often.
 template <class Done>
 bool spin_until(Done&& done, std::int64_t spin_ns) {
   if (done()) return true;
   if (spin_ns <= 0) return false;
-  const std::int64_t deadline = core::now_ns() + spin_ns;
-  do {
+  std::int64_t deadline = 0;
+  while (true) {
     for (int i = 0; i < 16; ++i) {
       pause();
       if (done()) return true;
     }
-  } while (core::now_ns() < deadline);
-  return false;
+    const std::int64_t now = core::now_ns();
+    if (deadline == 0) deadline = now + spin_ns;
+    if (now >= deadline) return false;
+  }
 }
 
 }  // namespace skerry::jobs

@@ -32,7 +32,7 @@ struct Arguments {
   std::vector<int> workers = {1, 2};
   std::uint64_t steps = 0;
   RaceOptions race;
-  std::string ode_space = "hash";
+  std::string ode_space = "sap";
   std::string json_file;
 };
 

@@ -24,7 +24,7 @@ class BothSteps : public testing::TestWithParam<double> {
   }
 };
 INSTANTIATE_TEST_SUITE_P(Analytic, BothSteps, testing::Values(1.0 / 60, 1.0 / 240),
-                         [](const auto& info) { return info.param < 0.01 ? "dt_240" : "dt_60"; });
+                         [](const auto& given) { return given.param < 0.01 ? "dt_240" : "dt_60"; });
 
 // A1. x0 + v0 t + g t^2 / 2, exactly: free flight integrates the parabola, not a chord of it.
 TEST_P(EveryMode, a_thrown_body_follows_the_parabola) {

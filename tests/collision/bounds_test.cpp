@@ -84,8 +84,8 @@ Quat random_rotation(std::mt19937& random) {
 // Support along +-axis from the shape's own support function, in double.
 void expect_tight(const Case& item, const core::BodyPose& pose) {
   const Collider& c = item.collider;
-  const Quat local(double{c.local_rotation.w}, double{c.local_rotation.x},
-                   double{c.local_rotation.y}, double{c.local_rotation.z});
+  const Quat local(double(c.local_rotation.w), double(c.local_rotation.x),
+                   double(c.local_rotation.y), double(c.local_rotation.z));
   const Mat3 axes = pose.orientation.toRotationMatrix() * local.toRotationMatrix();
   const Vec3 origin =
       pose.center + pose.orientation.toRotationMatrix() * core::to_double(c.local_position);
@@ -94,7 +94,7 @@ void expect_tight(const Case& item, const core::BodyPose& pose) {
     for (const double sign : {-1.0, 1.0}) {
       const Vec3 direction = axes.transpose() * (sign * Vec3::Unit(axis));
       const double reach = (origin + axes * item.support(direction))[axis];
-      const double bound = sign > 0 ? double{box.max[axis]} : double{box.min[axis]};
+      const double bound = sign > 0 ? double(box.max[axis]) : double(box.min[axis]);
       const double ulp = std::abs(reach) * 0x1p-22 + 1e-7;
       // A local rotation is in float: unit to 1e-7 only.
       const double skew = c.has_local_rotation ? 1e-6 : 0;
@@ -134,8 +134,8 @@ TEST(TightBounds, hold_random_points_of_the_surface) {
             pose.center +
             pose.orientation * item.support(Vec3(normal(random), normal(random), normal(random)));
         for (int axis = 0; axis < 3; ++axis) {
-          EXPECT_LE(double{box.min[axis]}, point[axis]);
-          EXPECT_GE(double{box.max[axis]}, point[axis]);
+          EXPECT_LE(double(box.min[axis]), point[axis]);
+          EXPECT_GE(double(box.max[axis]), point[axis]);
         }
       }
     }

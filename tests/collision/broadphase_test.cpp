@@ -196,10 +196,10 @@ class Scene {
         for (int axis = 0; axis < 3; ++axis) {
           // Far out the tight box moves in jumps of float's resolution; the shape does not.
           const double need =
-              0.999 * double{kSpeculativeDistance} - std::abs(double{tight.min[axis]}) * 0x1p-22;
+              0.999 * double(kSpeculativeDistance) - std::abs(double(tight.min[axis])) * 0x1p-22;
           const double way = bodies.motion[body].linear[axis] * kDt;
-          ASSERT_LE(double{fat.min[axis]}, double{tight.min[axis]} - need + std::min(0.0, way));
-          ASSERT_GE(double{fat.max[axis]}, double{tight.max[axis]} + need + std::max(0.0, way));
+          ASSERT_LE(double(fat.min[axis]), double(tight.min[axis]) - need + std::min(0.0, way));
+          ASSERT_GE(double(fat.max[axis]), double(tight.max[axis]) + need + std::max(0.0, way));
         }
       }
   }

@@ -24,7 +24,7 @@ void expect_sound(const HullGeometry& hull, const Points& points, double toleran
     ASSERT_GE(face.count, 3);
     EXPECT_NEAR(core::length(face.normal), 1, 1e-6);
     const Vec3 normal = core::to_double(face.normal);
-    for (const Vec3& point : points) EXPECT_LE(normal.dot(point) - double{face.offset}, tolerance);
+    for (const Vec3& point : points) EXPECT_LE(normal.dot(point) - double(face.offset), tolerance);
     for (unsigned i = 0; i < face.count; ++i) {
       const auto corner = hull.vertices[hull.face_vertices[face.first + i]];
       EXPECT_NEAR(core::dot(face.normal, corner), face.offset, tolerance);

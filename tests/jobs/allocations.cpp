@@ -4,6 +4,23 @@
 #include <cstdlib>
 #include <new>
 
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+#define SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer) || __has_feature(address_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+
+#ifdef SANITIZED
+
+namespace skerry::jobs::test {
+bool counts_allocations() { return false; }
+std::uint64_t allocation_count() { return 0; }
+}  // namespace skerry::jobs::test
+
+#else
+
 namespace {
 std::atomic<std::uint64_t> g_allocations{0};
 
@@ -27,5 +44,8 @@ void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace skerry::jobs::test {
+bool counts_allocations() { return true; }
 std::uint64_t allocation_count() { return g_allocations.load(std::memory_order_relaxed); }
 }  // namespace skerry::jobs::test
+
+#endif

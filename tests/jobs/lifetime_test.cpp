@@ -80,6 +80,7 @@ TEST_P(LifetimeTest, an_early_wake_is_only_that) {
 }
 
 TEST_P(LifetimeTest, steady_runs_allocate_nothing) {
+  if (!counts_allocations()) GTEST_SKIP() << "not counted in this build";
   if (GetParam().kind == ExecutorKind::host_pool) GTEST_SKIP() << "the pool of the test allocates";
   struct Phases : PhaseProgram {
     std::uint32_t phase_count() const override { return 5; }
