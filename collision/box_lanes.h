@@ -15,7 +15,8 @@
 
 namespace skerry::collision {
 
-// Bit per lane whose box meets `box`; touching counts, empty lanes never meet.
+// Bit per lane whose box meets `box`; touching counts, empty lanes never meet. SSE2 itself, not
+// Highway: the walk needs it inlined, and Highway's own baseline on x86-64 without flags is scalar.
 #if defined(__SSE2__)
 inline unsigned overlap_lanes(const BoxNode& node, const Aabb& box) {
   unsigned lanes = 0;

@@ -7,6 +7,7 @@
 
 #include "apps/skerry/commands.h"
 #include "cmake/build_info/build_info.h"
+#include "scenes/near_names.h"
 #include "scenes/scene_error.h"
 
 namespace skerry::app {
@@ -25,6 +26,18 @@ int complain(const CLI::App& app, const CLI::ParseError& error) {
   return complain(what + " (see skerry --help)");
 }
 
+// Said better than the parser does; empty if the first word is a command or an option.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return "";
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (command->get_name() == argv[1]) return "";
+    names.push_back(command->get_name());
+  }
+  return fmt::format("unknown command '{}'{} (see skerry --help)", argv[1],
+                     scenes::did_you_mean(argv[1], names));
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Skerry: deterministic multithreaded rigid bodies, and the bench that compares ways "
@@ -37,6 +50,8 @@ int run(int argc, char** argv) {
   add_run_command(app, action);
   add_compare_command(app, action);
   add_check_command(app, action);
+  const std::string unknown = unknown_command(app, argc, argv);
+  if (!unknown.empty()) return complain(unknown);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

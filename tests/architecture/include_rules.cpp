@@ -56,7 +56,7 @@ const std::vector<Rule>& rules() {
       {"collision/fcl_[^/]*", "skerry/.*|core/.*|jobs/.*|collision/.*",
        "Eigen/.*|fcl/.*|octomap/.*|ccd/.*", kKernelDenied.c_str(),
        "collision includes core, jobs (no executor, no threads) and FCL"},
-      {"collision/.*", "skerry/.*|core/.*|jobs/.*|collision/.*", "Eigen/.*|hwy/.*",
+      {"collision/.*", "skerry/.*|core/.*|jobs/.*|collision/.*", "Eigen/.*|hwy/.*|emmintrin\\.h",
        kKernelDenied.c_str(),
        "collision includes core and jobs (no executor, no threads); FCL in collision/fcl_* only"},
       {"solver/.*", "skerry/.*|core/.*|jobs/.*|solver/.*", "Eigen/.*|hwy/.*", kKernelDenied.c_str(),

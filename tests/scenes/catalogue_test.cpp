@@ -181,6 +181,18 @@ TEST(Catalogue, unknown_names_are_answered_with_the_nearest) {
   }
 }
 
+TEST(Catalogue, the_first_steps_of_every_scene_are_without_warnings) {
+  for (const auto& entry : scenes::catalogue()) {
+    const SceneDesc scene = make_scene(entry.name);
+    World world(scenes::world_settings(scene));
+    scenes::build(scene, world);
+    for (int i = 0; i < 3; ++i) {
+      const StepReport report = world.step(scene.defaults.dt);
+      EXPECT_TRUE(report.warnings.empty()) << entry.name << ": " << report.warnings.front();
+    }
+  }
+}
+
 TEST(Catalogue, every_scene_is_buildable) {
   for (const auto& entry : scenes::catalogue()) {
     EXPECT_NO_THROW(scenes::check_buildable(make_scene(entry.name))) << entry.name;
