@@ -116,10 +116,13 @@ Range shape_range(const Collider& collider, const M3d& axes) {
   return range;
 }
 
-// Infinite, but for the side of a plane that lies exactly along a world axis.
+// Beyond every world, yet below infinity: an infinite box would meet the empty lanes of a tree.
+constexpr float kFar = 3e38f;
+
+// Without bounds, but for the side of a plane that lies exactly along a world axis.
 Aabb plane_bounds(const Collider& collider, const M3d& axes, const V3d& origin) {
   const V3d normal = axes * widened(collider.size);
-  Aabb box{{-kInf, -kInf, -kInf}, {kInf, kInf, kInf}};
+  Aabb box{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
   for (int i = 0; i < 3; ++i) {
     const double along = component(normal, i);
     const double across =

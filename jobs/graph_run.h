@@ -65,7 +65,7 @@ class GraphRun final : private TeamHost {
 
   // Stage by stage, for fork-join: opens the stage and returns its number of chunks; 1: it has been
   // run here already. With more, every participant of the parallel region calls participate(), and
-  // the stage is over when all have returned; the caller calls participate_as_caller().
+  // the caller participate_as_caller(); the stage is over when finish() has returned.
   std::uint32_t open_stage(std::uint32_t stage);
   void participate(std::uint32_t preferred_index);
   void participate_as_caller();

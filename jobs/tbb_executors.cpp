@@ -143,7 +143,11 @@ class ForkJoinExecutor final : public Executor {
     const auto stages = static_cast<std::uint32_t>(graph.stages().size());
     for (std::uint32_t stage = 0; stage < stages; ++stage) {
       const std::uint32_t chunks = run_->open_stage(stage);
-      if (chunks > 1) parallel_region(std::min(chunks, run_->workers()));
+      if (chunks <= 1) continue;
+      parallel_region(std::min(chunks, run_->workers()));
+      // A helper that an earlier stage's phases invited may hold a chunk of this one: it is not part
+      // of the region, so the region's end is not yet the stage's.
+      run_->finish();
     }
   }
 

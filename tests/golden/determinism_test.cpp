@@ -78,7 +78,8 @@ class ShuffledSeed : public testing::TestWithParam<std::uint32_t> {};
 
 TEST_P(ShuffledSeed, order_of_tasks_changes_no_bit) {
   const pipeline::ExecutorOverride shuffled([](const WorldSettings&) {
-    return make_shuffling_executor({.seed = GetParam(), .workers = 1 + GetParam() % 5});
+    return std::make_unique<ShufflingExecutor>(
+        Shuffle{.seed = GetParam(), .workers = 1 + GetParam() % 5});
   });
   World world;
   expect_serial_hashes(world, steps() / 2);
@@ -90,9 +91,9 @@ TEST(Determinism, stress_random_delays_in_tasks_change_no_bit) {
   const int runs = given ? std::atoi(given) : 6;
   for (int run = 0; run < runs; ++run) {
     const pipeline::ExecutorOverride delayed([run](const WorldSettings&) {
-      return make_shuffling_executor({.seed = 1000u + static_cast<std::uint32_t>(run),
-                                      .workers = 4,
-                                      .max_delay_us = 200});
+      return std::make_unique<ShufflingExecutor>(
+          Shuffle{.seed = 1000u + static_cast<std::uint32_t>(run), .workers = 4,
+                  .longest_sleep_us = 200});
     });
     World world;
     expect_serial_hashes(world, std::min(steps(), 200));
