@@ -6,6 +6,7 @@
 
 #include "collision/box_batch.h"
 #include "collision/narrowphase_kernels.h"
+#include "collision/narrowphase_mesh.h"
 #include "collision/narrowphase_pairs.h"
 #include "core/assert.h"
 
@@ -21,6 +22,7 @@ struct alignas(64) WorkerScratch {
   std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
   std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
   int batched = 0;
+  MeshScratch mesh;
   NarrowphaseCounts counts;
 };
 
@@ -59,7 +61,7 @@ namespace {
 using Kernel = void (*)(const PlacedShape& a, const PlacedShape& b, Query& query,
                         ContactPatch& patch);
 
-// Kernels that give one patch; [a][b] for a <= b. Pairs without one are handled by name.
+// Kernels that give one patch; [a][b] for a <= b. Other convex pairs go to convex_convex.
 struct KernelTable {
   Kernel at[core::kShapeTypeCount][core::kShapeTypeCount] = {};
 
@@ -71,6 +73,8 @@ struct KernelTable {
     set(sphere, hull, sphere_hull);
     set(capsule, capsule, capsule_capsule);
     set(capsule, box, capsule_box);
+    set(box, hull, polytope_polytope);
+    set(hull, hull, polytope_polytope);
     for (const ShapeType convex : {sphere, capsule, box, cylinder, cone, ellipsoid, hull})
       set(convex, plane, convex_plane);
   }
@@ -94,23 +98,34 @@ bool may_touch(const StepContext& step, const ContactPair& pair) {
          0;
 }
 
-void collide_pair(const StepContext& step, ContactPair& pair) {
+// Types ascend.
+void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patches) {
+  const PlacedShape &a = placed.a, &b = placed.b;
+  const ShapeType type_a = a.collider->type, type_b = b.collider->type;
+  if (const Kernel kernel = kKernels(type_a, type_b)) {
+    patches.count = 1;
+    kernel(a, b, placed.query, patches.patch[0]);
+  } else if (type_b == ShapeType::mesh) {
+    if (type_a == ShapeType::plane)
+      plane_mesh(a, b, placed.query, scratch.mesh, patches);
+    else if (type_a != ShapeType::mesh)
+      convex_mesh(a, b, placed.query, scratch.mesh, patches);
+  } else if (type_a != ShapeType::plane) {
+    patches.count = 1;
+    convex_convex(a, b, placed.query, patches.patch[0]);
+  }
+}
+
+void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scratch) {
   PlacedPair placed = placed_pair(step, pair);
+  const V3f linear = placed.query.linear, angular = placed.query.angular;
   const bool swap = placed.a.collider->type > placed.b.collider->type;
   if (swap) placed = swapped(placed);
   PatchSet patches;
-  const Kernel kernel = kKernels(placed.a.collider->type, placed.b.collider->type);
-  if (kernel != nullptr) {
-    patches.count = 1;
-    kernel(placed.a, placed.b, placed.query, patches.patch[0]);
-  }
-  V3f linear = placed.query.linear, angular = placed.query.angular;
-  if (swap) {
-    linear = -linear;
-    angular = -angular;
+  collide_placed(placed, scratch, patches);
+  if (swap)
     for (std::uint32_t i = 0; i < patches.count; ++i)
       patches.patch[i].normal = -patches.patch[i].normal;
-  }
   pair.cache = placed.query.cache;
   store_patches(*step.contacts, pair, patches, linear, angular);
 }
@@ -202,7 +217,7 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
     if (a == ShapeType::box && b == ShapeType::box)
       add_to_batch(step, row, scratch);
     else
-      collide_pair(step, pair);
+      collide_pair(step, pair, scratch);
   }
   flush(step, scratch);
 }

@@ -174,7 +174,7 @@ void ellipsoid_feature(const PlacedShape& shape, const V3f& toward, Feature& fea
 void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) {
   feature.count = 0;
   if (shape.triangle != nullptr) {
-    for (std::uint32_t i = 0; i < 3; ++i) add(feature, shape.center + shape.triangle[i], i);
+    for (std::uint32_t i = 0; i < 3; ++i) add(feature, shape.center + shape.triangle->corner[i], i);
     return;
   }
   switch (shape.collider->type) {
@@ -192,6 +192,47 @@ void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& featur
   }
 }
 
+float extent(const PlacedShape& shape, const V3f& along) {
+  if (shape.triangle != nullptr) {
+    const V3f* c = shape.triangle->corner;
+    return std::max(dot(along, c[0]), std::max(dot(along, c[1]), dot(along, c[2])));
+  }
+  const V3f s = shape.collider->size, d = transposed_times(shape.axes, along);
+  const float long_across = std::sqrt(d.x * d.x + d.z * d.z), whole = core::length(along);
+  switch (shape.collider->type) {
+    case ShapeType::sphere: return s.x * whole;
+    case ShapeType::capsule: return s.x * whole + s.y * std::fabs(d.y);
+    case ShapeType::box:
+      return s.x * std::fabs(d.x) + s.y * std::fabs(d.y) + s.z * std::fabs(d.z);
+    case ShapeType::cylinder: return s.x * long_across + s.y * std::fabs(d.y);
+    case ShapeType::cone: return std::max(s.y * d.y, s.x * long_across - s.y * d.y);
+    case ShapeType::ellipsoid: return core::length(V3f{s.x * d.x, s.y * d.y, s.z * d.z});
+    case ShapeType::hull: {
+      float best = -3e38f;
+      for (const V3f& v : shape.collider->hull->vertices) best = std::max(best, dot(d, v));
+      return best;
+    }
+    case ShapeType::plane:
+    case ShapeType::mesh: break;
+  }
+  return 0;
+}
+
+Corner farthest_corner(const PlacedShape& shape, const V3f& along) {
+  const V3f d = transposed_times(shape.axes, along);
+  if (shape.collider->type == ShapeType::box) {
+    const V3f h = shape.collider->size;
+    const V3f p{d.x > 0 ? h.x : -h.x, d.y > 0 ? h.y : -h.y, d.z > 0 ? h.z : -h.z};
+    const unsigned id = (d.x > 0 ? 1u : 0) | (d.y > 0 ? 2u : 0) | (d.z > 0 ? 4u : 0);
+    return {shape.center + shape.axes * p, static_cast<std::uint16_t>(id)};
+  }
+  const auto& vertices = shape.collider->hull->vertices;
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < vertices.size(); ++i)
+    if (dot(d, vertices[i]) > dot(d, vertices[best])) best = i;
+  return {shape.center + shape.axes * vertices[best], static_cast<std::uint16_t>(best)};
+}
+
 namespace {
 
 // Height of a shape's point over a plane, and the contact there.
@@ -204,15 +245,10 @@ void add_over_plane(const PlacedShape& shape, const PlacedShape& plane, const V3
 // The face of a hull that looks down most need not hold its lowest vertex.
 void add_lowest_vertex(const PlacedShape& shape, const PlacedShape& plane, const V3f& up,
                        const Feature& feature, PointList& list) {
-  const HullGeometry& hull = *shape.collider->hull;
-  const V3f local = transposed_times(shape.axes, up);
-  std::uint32_t lowest = 0;
-  for (std::uint32_t i = 1; i < hull.vertices.size(); ++i)
-    if (dot(local, hull.vertices[i]) < dot(local, hull.vertices[lowest])) lowest = i;
-  const std::uint16_t id = static_cast<std::uint16_t>(lowest);
-  if (std::find(feature.ids, feature.ids + feature.count, id) != feature.ids + feature.count)
-    return;
-  add_over_plane(shape, plane, up, shape.center + shape.axes * hull.vertices[lowest], id, list);
+  const Corner lowest = farthest_corner(shape, -up);
+  const std::uint16_t* end = feature.ids + feature.count;
+  if (std::find(feature.ids, end, lowest.id) != end) return;
+  add_over_plane(shape, plane, up, lowest.point, lowest.id, list);
 }
 
 }  // namespace

@@ -20,11 +20,23 @@ using core::M3f;
 using core::ShapeType;
 using core::V3f;
 
+// A triangle of a mesh. Its frame has world axes.
+struct Triangle {
+  V3f corner[3];  // m, counter-clockwise seen from the front
+  V3f normal;     // unit, to the front
+  // Edge i runs from corner i to the next one. Only convex and border edges may be touched; their
+  // contact normals lie between the triangle's own and `beyond`: the neighbour's, or at a border
+  // the direction away from the edge in the triangle's plane.
+  bool touchable[3];
+  V3f beyond[3];
+  std::uint32_t index;  // in the mesh
+};
+
 struct PlacedShape {
   const Collider* collider = nullptr;   // null: a triangle
-  V3f center{0, 0, 0};                  // m, origin of the shape frame; a triangle's centroid
-  M3f axes{};                           // columns: axes of the shape frame
-  const V3f* triangle = nullptr;        // [3] m, from `center`
+  const Triangle* triangle = nullptr;
+  V3f center{0, 0, 0};  // m, origin of the shape frame
+  M3f axes{};           // columns: axes of the shape frame
   float height = 0;  // m, planes only: of the other shape's centre over the plane, from doubles
 };
 
@@ -70,8 +82,8 @@ class PointList {
   PointList(const Query& query, const V3f& normal) : query_(query), normal_(normal) {}
   void add(const V3f& position, float separation, std::uint32_t feature);
   std::uint32_t size() const { return count_; }
-  const ContactPoint* begin() const { return points_; }
-  const ContactPoint* end() const { return points_ + count_; }
+  ContactPoint* begin() { return points_; }
+  ContactPoint* end() { return points_ + count_; }
   // At most four: a deep one, the one farthest from it, and those that span the largest area. All
   // of them if there are no more than four.
   void choose(ContactPatch& patch) const;
@@ -114,15 +126,45 @@ struct Feature {
 };
 void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& feature);
 
+// How far a convex shape reaches from its frame's origin along a direction (of any length).
+float extent(const PlacedShape& shape, const V3f& along);
+
+// The vertex of a box or hull that reaches farthest along a direction; id as in facing_feature.
+struct Corner {
+  V3f point;
+  std::uint16_t id;
+};
+Corner farthest_corner(const PlacedShape& shape, const V3f& along);
+
+// The stretch of one feature that lies over the other, seen along `normal` (from a to b), with its
+// separations. Needs a polygon or two lines; adds nothing else.
+void clip_features(const Feature& a, const Feature& b, const V3f& normal, PointList& list);
+// The same with the polygon of one side (`a_is_reference`) given as the plane to measure from.
+void clip_against(const Feature& reference, const Feature& incident, const V3f& outward,
+                  bool a_is_reference, PointList& list);
+
 // Any convex shape against a plane: the points of its feature that faces the plane.
 void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
 
-// Boxes and hulls: separating axes of faces and edges, then face clipping.
+// Boxes, hulls and triangles: separating axes of faces and edges (those that are arcs crossing on
+// the Gauss map: Gregorius, "The separating axis test between convex polyhedra", GDC 2013), then
+// face clipping. Remembers the separating feature in Query::cache. A triangle must come second.
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch);
 
-// Any two convex shapes but planes. Returns false if the minimal depth was not found; the patch
-// then holds the best approximation.
+// May a contact push away from a triangle this way? `out`: unit, from the triangle to the other
+// shape. Over an edge it may lean only if that is touchable, and no farther than `beyond`.
+bool leans_too_far(const Triangle& triangle, const V3f& out);
+
+// A sphere or capsule against a triangle, which comes second. Nothing where the nearest feature is
+// the neighbours' to answer for.
+void sphere_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
+                     ContactPatch& patch);
+void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
+                      ContactPatch& patch);
+
+// Any two convex shapes but planes. Remembers the normal in Query::cache. Returns false if no
+// direction could be found (values that are not finite).
 bool convex_convex(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
 
 }  // namespace skerry::collision

@@ -15,19 +15,33 @@ namespace {
 constexpr V3f kPreferred{0.6f, 0.2f, 0.77f};
 constexpr float kDepthTolerance = 1e-3f;  // of the patch's size
 
-template <class Score>
-std::uint32_t best(const ContactPoint* points, std::uint32_t count, Score score) {
-  std::uint32_t chosen = 0;
-  float best_score = -3e38f;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const float s = score(points[i]);
-    if (s > best_score) {
+// Indices chosen so far, and the next by highest score.
+class Choice {
+ public:
+  Choice(const ContactPoint* points, std::uint32_t count) : points_(points), count_(count) {}
+
+  template <class Score>
+  V3f take(Score score, ContactPatch& patch) {
+    std::uint32_t best = kNobody;
+    float best_score = -3e38f;
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      if (i == taken_[0] || i == taken_[1] || i == taken_[2]) continue;
+      const float s = score(points_[i]);
+      if (s <= best_score && best != kNobody) continue;
       best_score = s;
-      chosen = i;
+      best = i;
     }
+    if (patch.count < 3) taken_[patch.count] = best;
+    patch.points[patch.count++] = points_[best];
+    return points_[best].position;
   }
-  return chosen;
-}
+
+ private:
+  static constexpr std::uint32_t kNobody = 0xffffffffu;
+  const ContactPoint* points_;
+  std::uint32_t count_;
+  std::uint32_t taken_[3] = {kNobody, kNobody, kNobody};
+};
 
 }  // namespace
 
@@ -67,23 +81,15 @@ void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& n
     for (std::uint32_t i = 0; i < count; ++i) patch.points[i] = points[i];
     return;
   }
-  ContactPoint rest[PointList::kCapacity];
-  std::copy_n(points, count, rest);
-  std::uint32_t left = count;
-  const auto take = [&](auto score) {
-    const std::uint32_t i = best(rest, left, score);
-    patch.points[patch.count++] = rest[i];
-    --left;
-    for (std::uint32_t j = i; j < left; ++j) rest[j] = rest[j + 1];
-    return patch.points[patch.count - 1].position;
-  };
-  patch.count = 0;
   float deepest = 3e38f, squared_size = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const V3f r = points[i].position - points[0].position;
     squared_size = std::max(squared_size, dot(r, r));
     deepest = std::min(deepest, points[i].separation);
   }
+  Choice choice(points, count);
+  const auto take = [&](auto score) { return choice.take(score, patch); };
+  patch.count = 0;
   const float limit = deepest + kDepthTolerance * std::sqrt(squared_size);
   const V3f p1 = take([&](const ContactPoint& p) {
     return p.separation > limit ? -1e30f : dot(kPreferred, p.position);
