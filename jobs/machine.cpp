@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -49,7 +50,7 @@ std::optional<double> quota_v1(const fs::path& cgroup) {
 // may name a group that only the host sees; the mount point is then the container's own group.
 template <class Quota>
 double smallest_quota(const fs::path& mount, const std::string& group, Quota quota) {
-  double smallest = INFINITY;
+  double smallest = std::numeric_limits<double>::infinity();
   for (fs::path relative = fs::path(group).relative_path();; relative = relative.parent_path()) {
     if (const auto found = quota(mount / relative)) smallest = std::min(smallest, *found);
     if (relative.empty()) return smallest;
@@ -106,7 +107,7 @@ int physical_cores(const std::vector<int>& processors, const fs::path& sysfs) {
 }
 
 int cgroup_processor_quota(const fs::path& root) {
-  double smallest = INFINITY;
+  double smallest = std::numeric_limits<double>::infinity();
   std::ifstream groups(root / "proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {  // "4:cpu,cpuacct:/group", v2: "0::/group"
     const auto first = line.find(':');

@@ -55,6 +55,7 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};        // between two dynamic bodies
   Softness soft_fixed = {};  // if one of them cannot be moved
+  float soft_load = 0;       // m/s: impulse per effective mass beyond which a contact gets no softer
 };
 
 // One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.

@@ -230,7 +230,8 @@ struct KernelsOf {
         const F bias = L::select(apart, speculative, push);
         const F scale = L::select(apart, one, mass_scale);
         const F leak = L::select(apart, none, impulse_scale);
-        d = none - ((mass * scale) * (vn[i] + bias) + leak * old);
+        const F soft_load = L::min(old, mass * L::set(pass.soft_load));
+        d = none - ((mass * scale) * (vn[i] + bias) + leak * soft_load);
       } else {
         d = none - mass * (vn[i] + L::select(apart, speculative, none));
       }
