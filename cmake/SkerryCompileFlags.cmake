@@ -20,6 +20,10 @@ add_compile_options(
   -Wcast-align -Wmissing-declarations -Wno-psabi
   # Designated initialisers that leave fields at their default are how our API is called.
   -Wno-missing-field-initializers)
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  # Kernels combine conditions with & on purpose: no branches, and the same source for SIMD masks.
+  add_compile_options(-Wno-bitwise-instead-of-logical)
+endif()
 if(SKERRY_WERROR)
   add_compile_options(-Werror)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
