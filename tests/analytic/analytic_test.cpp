@@ -193,7 +193,7 @@ TEST_P(BothSteps, a_ball_rolls_down_an_incline_at_five_sevenths_of_gravity) {
 double sink_of_heavy_on_light(double ratio, double dt) {
   World world;
   add_floor(world);
-  const BodyId light = add_box(world, {0, 0.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100);
+  add_box(world, {0, 0.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100);
   const BodyId heavy = add_box(world, {0, 1.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100 * ratio);
   for (int n = static_cast<int>(std::lround(5 / dt)); n > 0; --n) world.step(dt);
   return 1.5 - world.pose(heavy).position.y();

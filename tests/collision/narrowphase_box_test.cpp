@@ -1,4 +1,5 @@
 // Box against box: the separating-axis kernel at every width, and its manifolds.
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -84,6 +85,15 @@ TEST(NarrowphaseBox, every_width_gives_the_bits_of_the_float_reference) {
   RecordProperty("targets", testing::PrintToString(tried));
 }
 
+// A crossing of edges within 8 degrees of a face's normal is answered with the face, for its up to
+// four points; what that may cost in depth.
+double tilt_allowance(const BoxPair& pair, const Vec3& normal) {
+  const double cosine = std::max((pair.pose_a.orientation.conjugate() * normal).cwiseAbs().maxCoeff(),
+                                 (pair.pose_b.orientation.conjugate() * normal).cwiseAbs().maxCoeff());
+  if (cosine < 0.989 || cosine > 1 - 1e-9) return 0;
+  return std::sqrt(1 - cosine * cosine) * (pair.a.half_extents.norm() + pair.b.half_extents.norm());
+}
+
 TEST(NarrowphaseBox, depth_and_normal_are_the_best_of_fifteen_axes) {
   Random random(2);
   PairScene scene;
@@ -110,12 +120,14 @@ TEST(NarrowphaseBox, depth_and_normal_are_the_best_of_fifteen_axes) {
     const double tolerance = 0.01 * std::abs(best.separation) + 6e-4 * size + 1e-5;
     ASSERT_NEAR(normal.norm(), 1, 1e-5) << "pair " << i;
     const double along = gap_along(pair.a, pair.pose_a, pair.b, pair.pose_b, normal);
-    ASSERT_GT(along, best.separation - tolerance) << "pair " << i;
+    ASSERT_GT(along, best.separation - tolerance - tilt_allowance(pair, best.normal))
+        << "pair " << i;
     ASSERT_GT(scene.deepest(), along - tolerance) << "pair " << i;
     // Boxes that an axis all but parts may have their deepest corner beside the face; and among
     // more than four points the choice is the deepest but for a millimetre per metre.
     if (best.separation < -2 * tolerance) {
-      ASSERT_LT(scene.deepest(), along + 2 * tolerance) << "pair " << i;
+      ASSERT_LT(scene.deepest(), along + 2 * tolerance + tilt_allowance(pair, best.normal))
+          << "pair " << i;
     }
   }
   EXPECT_GT(contacts, 40000);
