@@ -15,7 +15,6 @@ using core::V3f;
 using V3d = core::V3<double>;
 using M3d = core::M3<double>;
 
-
 // Farther out than this (1e30 m) boxes stop growing, so that their arithmetic stays finite.
 constexpr double kFarthest = 1e30;
 

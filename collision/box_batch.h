@@ -10,23 +10,48 @@ struct BoxBatch {
 
   // Rows of inputs. Frame: world axes, origin at the centre of box a.
   enum In {
-    kDx, kDy, kDz,           // m, centre of box b
-    kQax, kQay, kQaz, kQaw,  // box axes in world axes
-    kQbx, kQby, kQbz, kQbw,
-    kHax, kHay, kHaz,        // m, half extents
-    kHbx, kHby, kHbz,
-    kVx, kVy, kVz,           // m/s and rad/s, see Query
-    kWx, kWy, kWz,
-    kDt, kSlop, kMargin,     // s, m, m
-    kKind,                   // the pair's last kind of contact: 0 none, else kOut kKindOut
+    kDx,
+    kDy,
+    kDz,  // m, centre of box b
+    kQax,
+    kQay,
+    kQaz,
+    kQaw,  // box axes in world axes
+    kQbx,
+    kQby,
+    kQbz,
+    kQbw,
+    kHax,
+    kHay,
+    kHaz,  // m, half extents
+    kHbx,
+    kHby,
+    kHbz,
+    kVx,
+    kVy,
+    kVz,  // m/s and rad/s, see Query
+    kWx,
+    kWy,
+    kWz,
+    kDt,
+    kSlop,
+    kMargin,  // s, m, m
+    kKind,    // the pair's last kind of contact: 0 none, else kOut kKindOut
     kInCount
   };
   // Rows of results. Of four points each: position, separation, feature; feature < 0: no point.
   enum Out {
-    kNx, kNy, kNz,
+    kNx,
+    kNy,
+    kNz,
     kKindOut,  // 1: a face of a, 2: a face of b, 3: two edges
     kPoints,
-    kPx = 0, kPy, kPz, kSeparation, kFeature, kPointRows,
+    kPx = 0,
+    kPy,
+    kPz,
+    kSeparation,
+    kFeature,
+    kPointRows,
     kOutCount = kPoints + 4 * kPointRows
   };
 

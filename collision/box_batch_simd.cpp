@@ -15,7 +15,9 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
 
-static void collide_boxes_here(BoxBatch& batch, int count) { collide_boxes_reference(batch, count); }
+static void collide_boxes_here(BoxBatch& batch, int count) {
+  collide_boxes_reference(batch, count);
+}
 
 #else
 
@@ -63,7 +65,9 @@ HWY_INLINE bool all(LaneMask mask) { return hn::AllTrue(Tag(), mask.m); }
 #include "collision/box_lanes-inl.h"
 #undef SKERRY_LANES
 
-static void collide_boxes_here(BoxBatch& batch, int count) { collide_box_batch<Lane>(batch, count); }
+static void collide_boxes_here(BoxBatch& batch, int count) {
+  collide_box_batch<Lane>(batch, count);
+}
 
 #endif
 

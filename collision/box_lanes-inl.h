@@ -60,8 +60,8 @@ void set_axes(OrientedBox<L>& box, L x, L y, L z, L w) {
 
 template <class L>
 struct Axes {
-  L c[3][3];   // c[i][j] = axis i of a . axis j of b
-  L ac[3][3];  // its magnitude
+  L c[3][3];       // c[i][j] = axis i of a . axis j of b
+  L ac[3][3];      // its magnitude
   L da[3], db[3];  // centre of b from centre of a, in the axes of a and of b
 };
 
@@ -80,8 +80,7 @@ Widest<L> widest_face(const L* distance, const L* half, const L (*reach)[3], con
     const L r0 = transposed ? reach[0][i] : reach[i][0];
     const L r1 = transposed ? reach[1][i] : reach[i][1];
     const L r2 = transposed ? reach[2][i] : reach[i][2];
-    const L extent =
-        half[i] + ((other_half[0] * r0 + other_half[1] * r1) + other_half[2] * r2);
+    const L extent = half[i] + ((other_half[0] * r0 + other_half[1] * r1) + other_half[2] * r2);
     const L separation = abs(distance[i]) - extent;
     const typename L::Mask wider = separation > widest.separation;
     widest.separation = select(wider, separation, widest.separation);
@@ -117,8 +116,8 @@ WidestEdges<L> widest_edges(const Axes<L>& at, const L* ha, const L* hb) {
       const L gap = abs(distance) - (reach_a + reach_b);
       const L squared = at.c[i1][j] * at.c[i1][j] + at.c[i2][j] * at.c[i2][j];
       const L signed_square = gap * abs(gap);
-      const typename L::Mask wider = (squared > parallel) &
-                         (signed_square * best_squared > best_signed * squared);
+      const typename L::Mask wider =
+          (squared > parallel) & (signed_square * best_squared > best_signed * squared);
       best = select(wider, gap, best);
       best_signed = select(wider, signed_square, best_signed);
       best_squared = select(wider, squared, best_squared);
@@ -182,8 +181,7 @@ void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
   const auto area = [](L eu, L ev, L u, L v) SKERRY_LANES { return eu * v - ev * u; };
   const Chosen<L> p3 =
       take(from, [&](L u, L v, L) SKERRY_LANES { return abs(area(u12, v12, u - p1.u, v - p1.v)); });
-  const L turn =
-      select(area(u12, v12, p3.u - p1.u, p3.v - p1.v) > L(0.0f), L(-1.0f), L(1.0f));
+  const L turn = select(area(u12, v12, p3.u - p1.u, p3.v - p1.v) > L(0.0f), L(-1.0f), L(1.0f));
   const L a12u = u12 * turn, a12v = v12 * turn;
   const L a23u = (p3.u - p2.u) * turn, a23v = (p3.v - p2.v) * turn;
   const L a31u = (p1.u - p3.u) * turn, a31v = (p1.v - p3.v) * turn;
@@ -333,8 +331,7 @@ void face_contact(const OrientedBox<L>& a, const OrientedBox<L>& b, const Vec<L>
   // Normal velocity as a function of place on the face: k0 + ku u + kv v.
   const L toward_b = select(on_b, -sign, sign);
   const Vec<L> normal = n * toward_b;
-  const Vec<L> origin = {select(on_b, d.x, zero), select(on_b, d.y, zero),
-                         select(on_b, d.z, zero)};
+  const Vec<L> origin = {select(on_b, d.x, zero), select(on_b, d.y, zero), select(on_b, d.z, zero)};
   const L k0 = dot(normal, query.linear + cross(query.angular, origin));
   const L ku = -(toward_b * dot(query.angular, v)), kv = toward_b * dot(query.angular, u);
   for (int k = 0; k < Candidates<L>::kCount; ++k) {
@@ -357,8 +354,7 @@ void face_contact(const OrientedBox<L>& a, const OrientedBox<L>& b, const Vec<L>
     const L middle = sign * (hn + L(0.5f) * chosen[k].height);
     contact.position[k] = (origin + n * middle) + (u * chosen[k].u + v * chosen[k].v);
     contact.separation[k] = chosen[k].height;
-    contact.feature[k] =
-        select(chosen[k].index < zero, -one, faces * L(16.0f) + chosen[k].index);
+    contact.feature[k] = select(chosen[k].index < zero, -one, faces * L(16.0f) + chosen[k].index);
   }
 }
 
@@ -380,7 +376,8 @@ void edge_contact(const OrientedBox<L>& a, const OrientedBox<L>& b, const Vec<L>
                   const BoxQuery<L>& query, const WidestEdges<L>& edges, Mask mask,
                   BoxContact<L>& contact) {
   const L zero = L(0.0f), one = L(1.0f);
-  const typename L::Mask i0 = edges.i == zero, i1 = edges.i == one, j0 = edges.j == zero, j1 = edges.j == one;
+  const typename L::Mask i0 = edges.i == zero, i1 = edges.i == one, j0 = edges.j == zero,
+                         j1 = edges.j == one;
   const Vec<L> ea = pick<L>(i0, i1, a.axis[0], a.axis[1], a.axis[2]);
   const Vec<L> eb = pick<L>(j0, j1, b.axis[0], b.axis[1], b.axis[2]);
   const L toward_b = select(edges.distance < zero, -one, one);
@@ -391,7 +388,8 @@ void edge_contact(const OrientedBox<L>& a, const OrientedBox<L>& b, const Vec<L>
   for (int k = 0; k < 3; ++k) {
     const typename L::Mask same_a = edges.i == L(static_cast<float>(k));
     const typename L::Mask same_b = edges.j == L(static_cast<float>(k));
-    const typename L::Mask plus_a = dot(normal, a.axis[k]) > zero, plus_b = dot(normal, b.axis[k]) < zero;
+    const typename L::Mask plus_a = dot(normal, a.axis[k]) > zero,
+                           plus_b = dot(normal, b.axis[k]) < zero;
     const L bit = L(static_cast<float>(1 << k));
     pa = pa + a.axis[k] * select(same_a, zero, select(plus_a, a.half[k], -a.half[k]));
     pb = pb + b.axis[k] * select(same_b, zero, select(plus_b, b.half[k], -b.half[k]));
@@ -439,8 +437,8 @@ BoxContact<L> collide_box_lanes(const OrientedBox<L>& a, const OrientedBox<L>& b
   const WidestEdges<L> edges = widest_edges(at, a.half, b.half);
 
   // What was chosen last time wins ties within the tolerance; else a's faces, then b's, then edges.
-  const L size = min(max(a.half[0], max(a.half[1], a.half[2])),
-                     max(b.half[0], max(b.half[1], b.half[2])));
+  const L size =
+      min(max(a.half[0], max(a.half[1], a.half[2])), max(b.half[0], max(b.half[1], b.half[2])));
   const L tolerance = size * L(5e-4f);
   const typename L::Mask was_b = query.kind == L(2.0f), was_edges = query.kind == L(3.0f);
   const L key_a = face_a.separation + select(was_b, zero, tolerance);
@@ -452,8 +450,8 @@ BoxContact<L> collide_box_lanes(const OrientedBox<L>& a, const OrientedBox<L>& b
   const typename L::Mask on_edges = edges.separation > face.separation + bias;
 
   BoxContact<L> contact;
-  const typename L::Mask apart = max(max(face_a.separation, face_b.separation), edges.separation) >
-                     query.margin;
+  const typename L::Mask apart =
+      max(max(face_a.separation, face_b.separation), edges.separation) > query.margin;
   if (all(apart)) {
     contact.normal = {zero, L(1.0f), zero};
     contact.kind = zero;
@@ -468,7 +466,8 @@ BoxContact<L> collide_box_lanes(const OrientedBox<L>& a, const OrientedBox<L>& b
   // Where two edges cross near the rim of a face, that face may hold no point at all.
   const typename L::Mask empty =
       (contact.feature[0] < zero) & (edges.separation + (tolerance + tolerance) > face.separation);
-  const typename L::Mask crossing = (on_edges & !is_nearly_face_normal(a, b, edges, contact.normal)) | empty;
+  const typename L::Mask crossing =
+      (on_edges & !is_nearly_face_normal(a, b, edges, contact.normal)) | empty;
   if (!all(!crossing)) edge_contact(a, b, d, query, edges, crossing, contact);
   // Lanes that are apart look the same whether or not their neighbours were.
   contact.normal = select(apart, Vec<L>{zero, L(1.0f), zero}, contact.normal);

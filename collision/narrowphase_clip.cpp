@@ -42,7 +42,9 @@ void cut(const Polygon& from, const V3f& outward, float offset, std::uint32_t pl
          Polygon& to) {
   to.count = 0;
   const std::uint32_t edges = closed ? from.count : from.count - 1;
-  const auto height = [&](std::uint32_t i) { return dot(outward, from.corners[i].position) - offset; };
+  const auto height = [&](std::uint32_t i) {
+    return dot(outward, from.corners[i].position) - offset;
+  };
   for (std::uint32_t i = 0; i < edges; ++i) {
     const std::uint32_t j = i + 1 < from.count ? i + 1 : 0;
     const PolygonCorner &tail = from.corners[i], &head = from.corners[j];
@@ -52,14 +54,14 @@ void cut(const Polygon& from, const V3f& outward, float offset, std::uint32_t pl
       to.add(tail.position + (head.position - tail.position) * (h0 / (h0 - h1)),
              crossing_id(tail.id, head.id, plane));
   }
-  if (!closed && height(edges) <= 0)
-    to.add(from.corners[edges].position, from.corners[edges].id);
+  if (!closed && height(edges) <= 0) to.add(from.corners[edges].position, from.corners[edges].id);
 }
 
 V3f polygon_normal(const Feature& polygon, const V3f& outward) {
   V3f sum{0, 0, 0};
   for (std::uint32_t i = 1; i + 1 < polygon.count; ++i)
-    sum = sum + cross(polygon.points[i] - polygon.points[0], polygon.points[i + 1] - polygon.points[0]);
+    sum = sum +
+          cross(polygon.points[i] - polygon.points[0], polygon.points[i + 1] - polygon.points[0]);
   return direction(sum, outward);
 }
 

@@ -13,8 +13,8 @@
 
 namespace skerry::collision {
 
-using core::dot;
 using core::cross;
+using core::dot;
 
 namespace {
 
@@ -30,8 +30,11 @@ double length(const V3d& v) { return std::sqrt(dot(v, v)); }
 class Core {
  public:
   explicit Core(const PlacedShape& shape)
-      : shape_(shape), center_(wide(shape.center)),
-        x_(wide(shape.axes.c0)), y_(wide(shape.axes.c1)), z_(wide(shape.axes.c2)) {
+      : shape_(shape),
+        center_(wide(shape.center)),
+        x_(wide(shape.axes.c0)),
+        y_(wide(shape.axes.c1)),
+        z_(wide(shape.axes.c2)) {
     if (shape.triangle != nullptr) {
       const V3f* c = shape.triangle->corner;
       size_ = double(core::length(c[1] - c[0]));
@@ -64,7 +67,9 @@ class Core {
     const V3d local{dot(x_, d), dot(y_, d), dot(z_, d)}, s = wide(shape_.collider->size);
     V3d p{0, 0, 0};
     switch (shape_.collider->type) {
-      case ShapeType::capsule: p = {0, std::copysign(s.y, local.y), 0}; break;
+      case ShapeType::capsule:
+        p = {0, std::copysign(s.y, local.y), 0};
+        break;
       case ShapeType::box:
         p = {std::copysign(s.x, local.x), std::copysign(s.y, local.y), std::copysign(s.z, local.z)};
         break;
@@ -90,7 +95,8 @@ class Core {
       }
       case ShapeType::sphere:
       case ShapeType::plane:
-      case ShapeType::mesh: break;
+      case ShapeType::mesh:
+        break;
     }
     return center_ + ((x_ * p.x + y_ * p.y) + z_ * p.z);
   }
@@ -226,8 +232,8 @@ bool solve_tetrahedron(Simplex& s) {
 struct Distance {
   bool apart = false;
   bool certain = false;  // the nearest points are the nearest, to about 1e-4 of their distance
-  double distance = 0;  // of the cores
-  V3d normal{0, 1, 0};  // unit, from a to b
+  double distance = 0;   // of the cores
+  V3d normal{0, 1, 0};   // unit, from a to b
   V3d a{0, 0, 0}, b{0, 0, 0};  // nearest points
 };
 
@@ -423,12 +429,13 @@ struct Touch {
 void snap(const PlacedShape& a, const PlacedShape& b, const Feature& feature, float side,
           double size, Touch& touch) {
   if (feature.count < 3) return;
-  const V3f normal = direction(cross(feature.points[1] - feature.points[0],
-                                     feature.points[2] - feature.points[0]),
-                               touch.normal) * side;
+  const V3f normal =
+      direction(cross(feature.points[1] - feature.points[0], feature.points[2] - feature.points[0]),
+                touch.normal) *
+      side;
   if (dot(normal, touch.normal) < 0.9998f) return;
-  const float separation = (dot(normal, b.center - a.center) - extent(b, -normal)) -
-                           extent(a, normal);
+  const float separation =
+      (dot(normal, b.center - a.center) - extent(b, -normal)) - extent(a, normal);
   if (separation < touch.separation - 1e-4f * static_cast<float>(size)) return;
   touch.normal = normal;
   touch.separation = separation;

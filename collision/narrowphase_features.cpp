@@ -34,10 +34,14 @@ float rim_cosine(int k) {
   k &= kRim - 1;
   const int quarter = k & 3;
   switch (k >> 2) {
-    case 0: return kCosine[quarter];
-    case 1: return -kCosine[4 - quarter];
-    case 2: return -kCosine[quarter];
-    default: return kCosine[4 - quarter];
+    case 0:
+      return kCosine[quarter];
+    case 1:
+      return -kCosine[4 - quarter];
+    case 2:
+      return -kCosine[quarter];
+    default:
+      return kCosine[4 - quarter];
   }
 }
 
@@ -75,8 +79,7 @@ void add_rim(const PlacedShape& shape, const Split& split, float side, float y, 
   // Does the farthest point come before or after its nearest corner?
   const float turn = rim_cosine(nearest) * cv - rim_cosine(nearest - kRim / 4) * cu;
   for (int k = 0; k < kRim; ++k) {
-    if (lowest && k == nearest && turn < 0)
-      add(feature, center + split.radial * radius, kLowestId);
+    if (lowest && k == nearest && turn < 0) add(feature, center + split.radial * radius, kLowestId);
     add(feature, center + u * rim_cosine(k) + v * rim_cosine(k - kRim / 4),
         static_cast<std::uint32_t>(side > 0 ? k : (kRim - k) & (kRim - 1)));
     if (lowest && k == nearest && turn >= 0)
@@ -136,7 +139,8 @@ void box_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) 
   constexpr float kSigns[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
   for (int k = 0; k < 4; ++k) {
     const float su = kSigns[k][0] * side, sv = kSigns[k][1];
-    const unsigned id = (side > 0 ? 1u << axis : 0) | (su > 0 ? 1u << u : 0) | (sv > 0 ? 1u << v : 0);
+    const unsigned id =
+        (side > 0 ? 1u << axis : 0) | (su > 0 ? 1u << u : 0) | (sv > 0 ? 1u << v : 0);
     add(feature, middle + edge[u] * su + edge[v] * sv, id);
   }
 }
@@ -181,14 +185,27 @@ void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& featur
     case ShapeType::sphere:
       add(feature, shape.center + toward * shape.collider->size.x, 0);
       break;
-    case ShapeType::capsule: capsule_feature(shape, toward, feature); break;
-    case ShapeType::box: box_feature(shape, toward, feature); break;
-    case ShapeType::cylinder: cylinder_feature(shape, toward, feature); break;
-    case ShapeType::cone: cone_feature(shape, toward, feature); break;
-    case ShapeType::ellipsoid: ellipsoid_feature(shape, toward, feature); break;
-    case ShapeType::hull: hull_feature(shape, toward, feature); break;
+    case ShapeType::capsule:
+      capsule_feature(shape, toward, feature);
+      break;
+    case ShapeType::box:
+      box_feature(shape, toward, feature);
+      break;
+    case ShapeType::cylinder:
+      cylinder_feature(shape, toward, feature);
+      break;
+    case ShapeType::cone:
+      cone_feature(shape, toward, feature);
+      break;
+    case ShapeType::ellipsoid:
+      ellipsoid_feature(shape, toward, feature);
+      break;
+    case ShapeType::hull:
+      hull_feature(shape, toward, feature);
+      break;
     case ShapeType::plane:
-    case ShapeType::mesh: break;
+    case ShapeType::mesh:
+      break;
   }
 }
 
@@ -200,20 +217,26 @@ float extent(const PlacedShape& shape, const V3f& along) {
   const V3f s = shape.collider->size, d = transposed_times(shape.axes, along);
   const float long_across = std::sqrt(d.x * d.x + d.z * d.z), whole = core::length(along);
   switch (shape.collider->type) {
-    case ShapeType::sphere: return s.x * whole;
-    case ShapeType::capsule: return s.x * whole + s.y * std::fabs(d.y);
+    case ShapeType::sphere:
+      return s.x * whole;
+    case ShapeType::capsule:
+      return s.x * whole + s.y * std::fabs(d.y);
     case ShapeType::box:
       return s.x * std::fabs(d.x) + s.y * std::fabs(d.y) + s.z * std::fabs(d.z);
-    case ShapeType::cylinder: return s.x * long_across + s.y * std::fabs(d.y);
-    case ShapeType::cone: return std::max(s.y * d.y, s.x * long_across - s.y * d.y);
-    case ShapeType::ellipsoid: return core::length(V3f{s.x * d.x, s.y * d.y, s.z * d.z});
+    case ShapeType::cylinder:
+      return s.x * long_across + s.y * std::fabs(d.y);
+    case ShapeType::cone:
+      return std::max(s.y * d.y, s.x * long_across - s.y * d.y);
+    case ShapeType::ellipsoid:
+      return core::length(V3f{s.x * d.x, s.y * d.y, s.z * d.z});
     case ShapeType::hull: {
       float best = -3e38f;
       for (const V3f& v : shape.collider->hull->vertices) best = std::max(best, dot(d, v));
       return best;
     }
     case ShapeType::plane:
-    case ShapeType::mesh: break;
+    case ShapeType::mesh:
+      break;
   }
   return 0;
 }

@@ -33,19 +33,19 @@ struct Triangle {
 };
 
 struct PlacedShape {
-  const Collider* collider = nullptr;   // null: a triangle
+  const Collider* collider = nullptr;  // null: a triangle
   const Triangle* triangle = nullptr;
   V3f center{0, 0, 0};  // m, origin of the shape frame
   M3f axes{};           // columns: axes of the shape frame
-  float height = 0;  // m, planes only: of the other shape's centre over the plane, from doubles
+  float height = 0;     // m, planes only: of the other shape's centre over the plane, from doubles
 };
 
 // What of a pair is not its shapes: how far to look, how the two move, what was chosen last time.
 // The second shape's velocity relative to the first at the place p is linear + angular x p.
 struct Query {
-  V3f linear{0, 0, 0};   // m/s
-  V3f angular{0, 0, 0};  // rad/s
-  float dt = 0;          // s
+  V3f linear{0, 0, 0};                  // m/s
+  V3f angular{0, 0, 0};                 // rad/s
+  float dt = 0;                         // s
   float slop = kSpeculativeDistance;    // m: gap at the end of the step up to which a point counts
   float margin = kSpeculativeDistance;  // m: gap beyond which no point can close to `slop`
   std::uint32_t cache = 0;              // ContactPair::cache
@@ -158,8 +158,7 @@ bool leans_too_far(const Triangle& triangle, const V3f& out);
 
 // A sphere or capsule against a triangle, which comes second. Nothing where the nearest feature is
 // the neighbours' to answer for.
-void sphere_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
-                     ContactPatch& patch);
+void sphere_triangle(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
 void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
                       ContactPatch& patch);
 

@@ -94,11 +94,18 @@ bool collide_triangle(const PlacedShape& shape, const PlacedShape& placed, Query
   patch.count = 0;
   query.cache = 0;
   switch (shape.collider->type) {
-    case ShapeType::sphere: sphere_triangle(shape, placed, query, patch); return true;
-    case ShapeType::capsule: capsule_triangle(shape, placed, query, patch); return true;
+    case ShapeType::sphere:
+      sphere_triangle(shape, placed, query, patch);
+      return true;
+    case ShapeType::capsule:
+      capsule_triangle(shape, placed, query, patch);
+      return true;
     case ShapeType::box:
-    case ShapeType::hull: polytope_polytope(shape, placed, query, patch); return true;
-    default: break;
+    case ShapeType::hull:
+      polytope_polytope(shape, placed, query, patch);
+      return true;
+    default:
+      break;
   }
   if (!convex_convex(shape, placed, query, patch)) return false;
   if (patch.count > 0 && leans_too_far(*placed.triangle, -patch.normal)) {
@@ -200,8 +207,7 @@ void plane_mesh(const PlacedShape& plane, const PlacedShape& mesh, Query& query,
   for (std::uint32_t i = 0; i < vertices.size(); ++i) {
     const float separation = plane.height + dot(along, vertices[i]);
     if (separation > query.margin) continue;
-    const V3f position =
-        mesh.center + mesh.axes * vertices[i] - up * (0.5f * separation);
+    const V3f position = mesh.center + mesh.axes * vertices[i] - up * (0.5f * separation);
     if (query.predicted(position, up, separation) <= query.slop)
       scratch.points.push_back({up, {position, separation, i}});
   }

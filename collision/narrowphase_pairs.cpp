@@ -39,15 +39,22 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
   const V3f s = collider.size;
   const float offset = centered(collider) ? 0 : length(collider.local_position);
   switch (collider.type) {
-    case ShapeType::sphere: return offset + s.x;
-    case ShapeType::capsule: return offset + s.x + s.y;
-    case ShapeType::box: return offset + length(s);
+    case ShapeType::sphere:
+      return offset + s.x;
+    case ShapeType::capsule:
+      return offset + s.x + s.y;
+    case ShapeType::box:
+      return offset + length(s);
     case ShapeType::cylinder:
-    case ShapeType::cone: return offset + s.x + s.y;
-    case ShapeType::ellipsoid: return offset + std::fmax(s.x, std::fmax(s.y, s.z));
+    case ShapeType::cone:
+      return offset + s.x + s.y;
+    case ShapeType::ellipsoid:
+      return offset + std::fmax(s.x, std::fmax(s.y, s.z));
     case ShapeType::hull:
-    case ShapeType::mesh: return static_cast<float>(mass.radius);
-    case ShapeType::plane: break;
+    case ShapeType::mesh:
+      return static_cast<float>(mass.radius);
+    case ShapeType::plane:
+      break;
   }
   return 1e9f;
 }
@@ -106,7 +113,8 @@ core::M3<double> matrix(const Quat& q) {
 }
 V3d place(const Collider& collider, const BodyPose& pose) {
   const V3f p = collider.local_position;
-  return scalars(pose.center) + matrix(pose.orientation) * V3d{double(p.x), double(p.y), double(p.z)};
+  return scalars(pose.center) +
+         matrix(pose.orientation) * V3d{double(p.x), double(p.y), double(p.z)};
 }
 
 // In double: planes reach far, and rounding their distance would lift what rests on them.
@@ -115,7 +123,8 @@ float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const
   const Q4f& q = plane.local_rotation;
   V3d normal{double(plane.size.x), double(plane.size.y), double(plane.size.z)};
   if (plane.has_local_rotation)
-    normal = to_matrix(core::Q4<double>{double(q.x), double(q.y), double(q.z), double(q.w)}) * normal;
+    normal =
+        to_matrix(core::Q4<double>{double(q.x), double(q.y), double(q.z), double(q.w)}) * normal;
   normal = matrix(plane_pose.orientation) * normal;
   const double scale = 1 / std::sqrt(dot(normal, normal));
   const V3d offset = place(other, other_pose) - place(plane, plane_pose);

@@ -8,10 +8,10 @@ namespace skerry::collision {
 
 // Two colliders, in the frame whose origin is the centre of mass of body a.
 struct PairFrame {
-  V3f between;              // m, centre of mass of body b
+  V3f between;                       // m, centre of mass of body b
   core::Q4f rotation_a, rotation_b;  // shape axes in world axes
-  V3f center_a, center_b;   // m, origins of the shape frames
-  V3f linear, angular;      // see Query
+  V3f center_a, center_b;            // m, origins of the shape frames
+  V3f linear, angular;               // see Query
   float slop, margin;
   float dt;
 };

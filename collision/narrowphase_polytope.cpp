@@ -105,8 +105,7 @@ class Polytope {
                                triangle.beyond[i]};
     }
     // A point behind the middle, so that normals can be told from their opposites.
-    const V3f middle =
-        (triangle.corner[0] + triangle.corner[1] + triangle.corner[2]) * (1.0f / 3);
+    const V3f middle = (triangle.corner[0] + triangle.corner[1] + triangle.corner[2]) * (1.0f / 3);
     size_ = core::length(triangle.corner[1] - triangle.corner[0]);
     center_ = middle - triangle.normal * size_;
   }
@@ -138,7 +137,7 @@ struct AxisName {
 struct AxisFound {
   AxisName name;
   float separation = -3e38f;
-  V3f normal{0, 1, 0};  // world, from a to b
+  V3f normal{0, 1, 0};                     // world, from a to b
   V3f point_a, along_a, point_b, along_b;  // edges only: world
 };
 
@@ -261,8 +260,7 @@ class SeparatingAxes {
     const Kind last = AxisName::unpack(query_.cache).kind;
     const float tolerance = 1e-3f * std::min(a_.size(), b_.size());
     const float for_a = last == kFaceOfB ? 0 : tolerance, for_b = tolerance - for_a;
-    const AxisFound& face =
-        face_b.separation + for_b > face_a.separation + for_a ? face_b : face_a;
+    const AxisFound& face = face_b.separation + for_b > face_a.separation + for_a ? face_b : face_a;
     const float for_face = last == kEdges ? 0 : tolerance + 0.01f * std::fabs(face.separation);
     return edges.separation > face.separation + for_face ? edges : face;
   }

@@ -34,7 +34,9 @@ void balls(const V3f& pa, float ra, const V3f& pb, float rb, const V3f& otherwis
   single_point(query, normal, pa + normal * (ra + 0.5f * separation), separation, 0, patch);
 }
 
-V3f component(int axis) { return {axis == 0 ? 1.0f : 0, axis == 1 ? 1.0f : 0, axis == 2 ? 1.0f : 0}; }
+V3f component(int axis) {
+  return {axis == 0 ? 1.0f : 0, axis == 1 ? 1.0f : 0, axis == 2 ? 1.0f : 0};
+}
 float component(const V3f& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 V3f clamped(const V3f& p, const V3f& half) {
@@ -302,9 +304,8 @@ float edge_parameter(const Axis& axis, const V3f& half, const V3f& out, float se
   }
   if (steepest < 1e-12f) return 0;
   const float edge = std::copysign(component(half, j), component(out, j));
-  return clamp((edge + component(out, j) * separation - component(axis.p, j)) /
-                   component(axis.d, j),
-               -1, 1);
+  return clamp(
+      (edge + component(out, j) * separation - component(axis.p, j)) / component(axis.d, j), -1, 1);
 }
 
 }  // namespace
@@ -330,8 +331,8 @@ void capsule_box(const PlacedShape& a, const PlacedShape& b, Query& query, Conta
   }
   const V3f normal = -(b.axes * way.out);
   PointList list(query, normal);
-  const float top = std::fabs(way.out.x) * half.x + std::fabs(way.out.y) * half.y +
-                    std::fabs(way.out.z) * half.z;
+  const float top =
+      std::fabs(way.out.x) * half.x + std::fabs(way.out.y) * half.y + std::fabs(way.out.z) * half.z;
   const auto add = [&](float s, std::uint32_t feature) {
     const V3f p = axis.at(s);
     const float separation = dot(way.out, p) - top - r;

@@ -19,7 +19,8 @@ bool leans_too_far(const Triangle& triangle, const V3f& out) {
     const float lean = dot(out, away);
     if (lean <= 1e-3f) continue;
     if (!triangle.touchable[i]) return true;
-    const float most = dot(triangle.beyond[i], away), most_up = dot(triangle.beyond[i], triangle.normal);
+    const float most = dot(triangle.beyond[i], away),
+                most_up = dot(triangle.beyond[i], triangle.normal);
     if (lean * most_up > most * up + 1e-3f) return true;
   }
   return false;
@@ -55,8 +56,7 @@ void consider_point(const Triangle& t, const V3f& p, Nearest& nearest) {
     nearest.consider(p, p - t.normal * dot(t.normal, p - t.corner[0]));
     return;
   }
-  for (int i = 0; i < 3; ++i)
-    nearest.consider(p, nearest_on_segment(t.corner[i], edge(t, i), p));
+  for (int i = 0; i < 3; ++i) nearest.consider(p, nearest_on_segment(t.corner[i], edge(t, i), p));
 }
 
 // Two segments (Ericson, 5.1.9).

@@ -13,8 +13,8 @@ namespace skerry::core {
 }  // namespace skerry::core
 
 #if SKERRY_ASSERTS
-#define SKERRY_ASSERT(condition, sentence)                                                \
-  ((condition) ? void(0)                                                                  \
+#define SKERRY_ASSERT(condition, sentence) \
+  ((condition) ? void(0)                   \
                : ::skerry::core::assertion_failed(#condition, sentence, __FILE__, __LINE__))
 #else
 #define SKERRY_ASSERT(condition, sentence) void(sizeof((condition) ? 1 : 0))

@@ -19,8 +19,8 @@ inline constexpr std::uint32_t kNone = 0xffffffffu;
 enum BodyFlag : std::uint32_t {
   kAlive = 1u << 0,
   kDynamic = 1u << 1,
-  kKinematic = 1u << 2,    // neither: fixed
-  kAwake = 1u << 3,        // dynamic: simulated; kinematic: has a velocity; never for fixed
+  kKinematic = 1u << 2,  // neither: fixed
+  kAwake = 1u << 3,      // dynamic: simulated; kinematic: has a velocity; never for fixed
   kAllowSleep = 1u << 4,
   kIsotropic = 1u << 5,    // inertia is a multiple of identity: no gyroscopic term
   kQuarantined = 1u << 6,  // state went non-finite: frozen at its last good pose, collides no more
@@ -48,8 +48,8 @@ struct BodyMotion {
 };
 
 struct BodyMass {
-  double mass = 0;      // kg; 0 unless dynamic
-  double inv_mass = 0;  // 1/kg
+  double mass = 0;                    // kg; 0 unless dynamic
+  double inv_mass = 0;                // 1/kg
   Mat3 inertia_b = Mat3::Zero();      // kg m^2 about the centre, body axes
   Mat3 inv_inertia_b = Mat3::Zero();  // its inverse
   Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame

@@ -16,7 +16,15 @@ namespace skerry::core {
 
 // In the canonical order of pairs of types: a kernel for (a, b) exists with a <= b.
 enum class ShapeType : std::uint8_t {
-  sphere, capsule, box, cylinder, cone, ellipsoid, hull, plane, mesh,
+  sphere,
+  capsule,
+  box,
+  cylinder,
+  cone,
+  ellipsoid,
+  hull,
+  plane,
+  mesh,
 };
 inline constexpr int kShapeTypeCount = 9;
 
@@ -30,7 +38,7 @@ struct HullGeometry {
     std::uint16_t count;
   };
   struct Edge {
-    std::uint16_t tail, head;           // vertices
+    std::uint16_t tail, head;  // vertices
     std::uint16_t left_face, right_face;
   };
   std::vector<V3f> vertices;
@@ -63,13 +71,13 @@ struct Collider {
   ColliderIndex next_in_body = kNone;
   std::uint32_t shape_in_body = 0;  // position in BodyDesc::shapes
 
-  V3f local_position{0, 0, 0};       // m, of the shape frame from the centre of mass, body axes
-  Q4f local_rotation{0, 0, 0, 1};    // shape axes in body axes
+  V3f local_position{0, 0, 0};     // m, of the shape frame from the centre of mass, body axes
+  Q4f local_rotation{0, 0, 0, 1};  // shape axes in body axes
 
   // sphere: radius,-,-; capsule, cylinder, cone: radius, half height,-; box: half extents;
   // ellipsoid: semi axes; plane: normal
   V3f size{0, 0, 0};
-  double plane_offset = 0;           // m, along the normal, in the shape frame
+  double plane_offset = 0;  // m, along the normal, in the shape frame
   const HullGeometry* hull = nullptr;
   const MeshGeometry* mesh = nullptr;
 
@@ -80,7 +88,7 @@ struct Collider {
 };
 
 struct Colliders {
-  std::vector<Collider> rows;  // [ColliderIndex]; holes where !alive
+  std::vector<Collider> rows;            // [ColliderIndex]; holes where !alive
   std::vector<ColliderIndex> free_rows;  // sorted descending
   // Keeps geometry alive; [ColliderIndex].
   std::vector<std::shared_ptr<const void>> geometry;

@@ -10,16 +10,17 @@
 namespace skerry::core {
 
 struct ManifoldPoint {
-  V3f position;          // m, world axes, from the centre of mass of body a; halfway between the
-                         // two surfaces
-  float separation;      // m along the normal, negative when penetrating
-  float normal_impulse;  // N s, of the last substep: warm start. Matched by feature from step to step
-  std::uint32_t feature; // which features touch; the same while the same features do
+  V3f position;      // m, world axes, from the centre of mass of body a; halfway between the
+                     // two surfaces
+  float separation;  // m along the normal, negative when penetrating
+  float
+      normal_impulse;  // N s, of the last substep: warm start. Matched by feature from step to step
+  std::uint32_t feature;  // which features touch; the same while the same features do
 };
 
 // Up to four points that share a normal.
 struct Manifold {
-  V3f normal{0, 0, 0};        // unit, world, from a to b
+  V3f normal{0, 0, 0};  // unit, world, from a to b
   std::uint32_t point_count = 0;
   ManifoldPoint points[4];
   V3f friction_impulse{0, 0, 0};  // N s, world, on b: warm start
@@ -33,7 +34,7 @@ enum PairFlag : std::uint32_t {
   kTouching = 1u << 0,     // a manifold has points, or a sensor overlaps
   kWasTouching = 1u << 1,  // at the end of the last step
   kSensorPair = 1u << 2,
-  kFallback = 1u << 3,     // the narrowphase went through FCL this step
+  kFallback = 1u << 3,  // the narrowphase went through FCL this step
 };
 
 // Manifolds per pair: one for convex pairs, up to this many (one per cluster of normals) if a mesh
@@ -41,7 +42,7 @@ enum PairFlag : std::uint32_t {
 inline constexpr std::uint32_t kMeshManifolds = 4;
 
 struct ContactPair {
-  ColliderIndex a = 0, b = 0;   // a < b
+  ColliderIndex a = 0, b = 0;  // a < b
   BodyIndex body_a = 0, body_b = 0;
   std::uint32_t first_manifold = 0;  // into ContactTable::manifolds
   std::uint16_t manifold_capacity = 1;
@@ -53,8 +54,8 @@ struct ContactPair {
 };
 
 struct ContactTable {
-  std::vector<ContactPair> pairs;     // ascending key
-  std::vector<Manifold> manifolds;    // pool; a pair's manifolds are consecutive
+  std::vector<ContactPair> pairs;          // ascending key
+  std::vector<Manifold> manifolds;         // pool; a pair's manifolds are consecutive
   std::vector<std::uint32_t> free_single;  // free rows of capacity 1
   std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
   std::vector<std::uint32_t> active;  // rows of pairs with an awake body; the narrowphase's items

@@ -19,10 +19,11 @@ struct Joint {
   BodyIndex a = kNone, b = kNone;
   std::uint32_t generation = 0;
   Vec3 anchor_a = Vec3::Zero(), anchor_b = Vec3::Zero();  // m, from the centre of mass, body axes
-  Quat frame_a = Quat::Identity(), frame_b = Quat::Identity();  // joint frame in body axes, axis = z
-  double lower = 0, upper = 0;          // rad
-  double motor_speed = 0;               // rad/s
-  double motor_max_torque = 0;          // N m
+  Quat frame_a = Quat::Identity(),
+       frame_b = Quat::Identity();  // joint frame in body axes, axis = z
+  double lower = 0, upper = 0;      // rad
+  double motor_speed = 0;           // rad/s
+  double motor_max_torque = 0;      // N m
   // Warm start: N s and N m s of the last substep.
   V3f linear_impulse{0, 0, 0};
   float angular_impulse[3] = {0, 0, 0};  // two swing axes, then motor

@@ -26,7 +26,7 @@ MassProperties solid_ellipsoid(const Vec3& semi_axes, double density);
 MassProperties solid_box(const Vec3& half_extents, double density);
 MassProperties solid_capsule(double radius, double half_height, double density);   // axis y
 MassProperties solid_cylinder(double radius, double half_height, double density);  // axis y
-MassProperties solid_cone(double radius, double half_height, double density);  // apex at +y
+MassProperties solid_cone(double radius, double half_height, double density);      // apex at +y
 // Closed, consistently wound outward. A mesh wound inward gives negative mass.
 MassProperties closed_mesh(std::span<const Vec3> vertices,
                            std::span<const std::array<std::uint32_t, 3>> triangles, double density);

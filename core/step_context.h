@@ -50,8 +50,8 @@ class CallbackErrors {
 };
 
 struct StepContext {
-  double dt = 0;        // s
-  double time = 0;      // s, at the start of the step
+  double dt = 0;    // s
+  double time = 0;  // s, at the start of the step
   std::uint32_t worker_count = 1;
   const WorldSettings* settings = nullptr;
 

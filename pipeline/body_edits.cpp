@@ -25,8 +25,8 @@ using core::ShapeType;
 struct BuiltShape {
   Collider collider;
   std::shared_ptr<const void> geometry;
-  double radius = 0;   // m, of the shape about its own origin
-  MassProperties mass; // in the shape's frame; zero for planes
+  double radius = 0;    // m, of the shape about its own origin
+  MassProperties mass;  // in the shape's frame; zero for planes
 };
 
 core::V3f floats(double x, double y, double z) {
@@ -60,8 +60,9 @@ struct ShapeBuilder {
     out.mass = mass;
   }
   void operator()(const Sphere& s) const {
-    basic(ShapeType::sphere, floats(s.radius, 0, 0), s.radius,
-          s.hollow ? core::hollow_sphere(s.radius, density) : core::solid_sphere(s.radius, density));
+    basic(
+        ShapeType::sphere, floats(s.radius, 0, 0), s.radius,
+        s.hollow ? core::hollow_sphere(s.radius, density) : core::solid_sphere(s.radius, density));
   }
   void operator()(const Capsule& s) const {
     basic(ShapeType::capsule, floats(s.radius, s.half_height, 0), s.radius + s.half_height,
@@ -119,14 +120,17 @@ struct ShapeBuilder {
   }
   MassProperties solid_mass(const TriangleMesh& s) const {
     if (const std::string defect = collision::solid_defect(*s.data); !defect.empty()) {
-      throw InputError(field + ".data", field + ".data: the mesh of a dynamic body must be closed, "
-                                                "but " + defect);
+      throw InputError(field + ".data", field +
+                                            ".data: the mesh of a dynamic body must be closed, "
+                                            "but " +
+                                            defect);
     }
     std::vector<Vec3> vertices = s.data->vertices;
     for (Vec3& v : vertices) v = v.cwiseProduct(s.scale);
     const MassProperties mass = core::closed_mesh(vertices, s.data->triangles, density);
     if (!(mass.mass > 0)) {
-      throw InputError(field + ".data", field + ".data: the mesh is wound inside out or has no volume");
+      throw InputError(field + ".data",
+                       field + ".data: the mesh is wound inside out or has no volume");
     }
     return mass;
   }
@@ -333,7 +337,8 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
   const BodyIndex row = core::take_row(bodies);
   bodies.flags[row] = body_flags(body, mass);
   bodies.mass[row] = mass_row(body, mass, shapes);
-  bodies.pose[row] = core::center_frame({body.position, body.orientation.normalized()}, mass.center);
+  bodies.pose[row] =
+      core::center_frame({body.position, body.orientation.normalized()}, mass.center);
   bodies.user_data[row] = body.user_data;
   core::set_motion(bodies, row, body.linear_velocity, body.angular_velocity);
   if (body.type == BodyType::dynamic) bodies.flags[row] |= core::kAwake;
@@ -377,9 +382,8 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
   core::Bodies& bodies = world.bodies;
   wake_neighbours(world, body.index);
   bodies.flags[body.index] &= ~std::uint32_t{core::kQuarantined};
-  bodies.pose[body.index] =
-      core::center_frame({pose.position, pose.orientation.normalized()},
-                         bodies.mass[body.index].local_center);
+  bodies.pose[body.index] = core::center_frame({pose.position, pose.orientation.normalized()},
+                                               bodies.mass[body.index].local_center);
   // Angular momentum follows from the velocity in the new orientation.
   core::set_motion(bodies, body.index, bodies.motion[body.index].linear,
                    bodies.motion[body.index].angular);
@@ -408,9 +412,8 @@ void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt
     throw UsageError("body " + std::to_string(body.index) + " is not kinematic");
   }
   const core::BodyPose& now = world.bodies.pose[body.index];
-  const core::BodyPose goal =
-      core::center_frame({target.position, target.orientation.normalized()},
-                         world.bodies.mass[body.index].local_center);
+  const core::BodyPose goal = core::center_frame({target.position, target.orientation.normalized()},
+                                                 world.bodies.mass[body.index].local_center);
   set_velocity(world, body, (goal.center - now.center) / dt,
                rotation_vector(now.orientation, goal.orientation) / dt);
 }
@@ -433,8 +436,8 @@ void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec
   if (!bodies.is(body.index, core::kDynamic)) return;
   wake(world, body.index);
   const core::BodyMass& mass = bodies.mass[body.index];
-  const Mat3 inv_inertia = core::inv_inertia_w(mass, bodies.pose[body.index].orientation,
-                                               bodies.flags[body.index]);
+  const Mat3 inv_inertia =
+      core::inv_inertia_w(mass, bodies.pose[body.index].orientation, bodies.flags[body.index]);
   const core::BodyMotion& motion = bodies.motion[body.index];
   core::set_motion(bodies, body.index, motion.linear + mass.inv_mass * impulse,
                    motion.angular + inv_inertia * offset.cross(impulse));

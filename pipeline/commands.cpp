@@ -11,8 +11,8 @@ struct Apply {
 
   void operator()(const Impulse& c) const {
     require(world, c.body);
-    const Vec3 offset = c.point ? Vec3(*c.point - world.bodies.pose[c.body.index].center)
-                                : Vec3(Vec3::Zero());
+    const Vec3 offset =
+        c.point ? Vec3(*c.point - world.bodies.pose[c.body.index].center) : Vec3(Vec3::Zero());
     apply_impulse(world, c.body, c.impulse, offset);
   }
   void operator()(const Force& c) const { apply_force(world, c.body, c.force, c.torque); }

@@ -151,7 +151,8 @@ void check_settings(const WorldSettings& settings) {
   if (settings.pool && settings.mode != ThreadingMode::job_system &&
       settings.mode != ThreadingMode::dedicated_thread_jobs) {
     throw InputError("pool", std::string("pool: only the job_system modes run on a host's pool, "
-                                         "not ") + to_string(settings.mode));
+                                         "not ") +
+                                 to_string(settings.mode));
   }
 }
 

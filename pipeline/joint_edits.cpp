@@ -44,7 +44,8 @@ Quat frame_in(const WorldData& world, BodyIndex body, const Vec3& axis) {
 void check_bodies(const WorldData& world, BodyId a, BodyId b) {
   require(world, a);
   require(world, b);
-  if (a == b) throw InputError("b", "b: a joint needs two different bodies, got the same one twice");
+  if (a == b)
+    throw InputError("b", "b: a joint needs two different bodies, got the same one twice");
   if (!world.bodies.is(a.index, core::kDynamic) && !world.bodies.is(b.index, core::kDynamic)) {
     throw InputError("a", "a: a joint needs at least one dynamic body");
   }
@@ -84,10 +85,9 @@ struct JointBuilder {
     if (joint.lower_angle) check_finite("lower_angle", *joint.lower_angle);
     if (joint.upper_angle) check_finite("upper_angle", *joint.upper_angle);
     if (joint.lower_angle && joint.upper_angle && *joint.lower_angle > *joint.upper_angle) {
-      throw InputError("lower_angle",
-                       "lower_angle: must not be above upper_angle, got " +
-                           std::to_string(*joint.lower_angle) + " above " +
-                           std::to_string(*joint.upper_angle));
+      throw InputError("lower_angle", "lower_angle: must not be above upper_angle, got " +
+                                          std::to_string(*joint.lower_angle) + " above " +
+                                          std::to_string(*joint.upper_angle));
     }
     out.has_lower = joint.lower_angle.has_value();
     out.has_upper = joint.upper_angle.has_value();
@@ -140,8 +140,8 @@ void remove_joint(WorldData& world, JointId id) {
   world.joints.rows[id.index] = {};
   world.joints.rows[id.index].generation = joint.generation + 1;
   auto& free_rows = world.joints.free_rows;
-  free_rows.insert(
-      std::lower_bound(free_rows.begin(), free_rows.end(), id.index, std::greater<>()), id.index);
+  free_rows.insert(std::lower_bound(free_rows.begin(), free_rows.end(), id.index, std::greater<>()),
+                   id.index);
 }
 
 }  // namespace skerry::pipeline

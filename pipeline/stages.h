@@ -24,8 +24,8 @@ enum class Data : std::uint64_t {
   pairs = 1u << 10,      // the pair list
   contacts = 1u << 11,   // manifolds and their impulses
   joints = 1u << 12,
-  islands = 1u << 13,    // islands, groups, sleep timers
-  transforms = 1u << 14, // poses of body frames, for the game
+  islands = 1u << 13,     // islands, groups, sleep timers
+  transforms = 1u << 14,  // poses of body frames, for the game
   events = 1u << 15,
   snapshot = 1u << 16,
 };

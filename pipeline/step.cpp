@@ -35,11 +35,16 @@ void own(void* world, IndexRange items, Task& task) {
 
 std::uint32_t item_count(Per per, const WorldData& world) {
   switch (per) {
-    case Per::body: return static_cast<std::uint32_t>(world.bodies.awake.size());
-    case Per::moved_collider: return world.broadphase->moved_count();
-    case Per::pair: return static_cast<std::uint32_t>(world.contacts.active.size());
-    case Per::island_group: return static_cast<std::uint32_t>(world.islands.groups.size());
-    case Per::step: break;
+    case Per::body:
+      return static_cast<std::uint32_t>(world.bodies.awake.size());
+    case Per::moved_collider:
+      return world.broadphase->moved_count();
+    case Per::pair:
+      return static_cast<std::uint32_t>(world.contacts.active.size());
+    case Per::island_group:
+      return static_cast<std::uint32_t>(world.islands.groups.size());
+    case Per::step:
+      break;
   }
   return 1;
 }
@@ -57,11 +62,16 @@ struct Split {
 // microsecond), small enough to balance two workers.
 Split split(Per per) {
   switch (per) {
-    case Per::body: return {count<Per::body>, 512};
-    case Per::moved_collider: return {count<Per::moved_collider>, 128};
-    case Per::pair: return {count<Per::pair>, 512};
-    case Per::island_group: return {count<Per::island_group>, 1};
-    case Per::step: break;
+    case Per::body:
+      return {count<Per::body>, 512};
+    case Per::moved_collider:
+      return {count<Per::moved_collider>, 128};
+    case Per::pair:
+      return {count<Per::pair>, 512};
+    case Per::island_group:
+      return {count<Per::island_group>, 1};
+    case Per::step:
+      break;
   }
   return {nullptr, 1};
 }
@@ -77,8 +87,8 @@ jobs::TaskGraph describe_step() {
                               std::initializer_list<Data> reads,
                               std::initializer_list<Data> writes) {
     const auto [count, chunk] = split(per);
-    graph.stage({name, static_cast<jobs::Domain>(per), kernel, count, chunk, bits(reads),
-                 bits(writes)});
+    graph.stage(
+        {name, static_cast<jobs::Domain>(per), kernel, count, chunk, bits(reads), bits(writes)});
   };
 
   // clang-format off

@@ -13,10 +13,13 @@ ExecutorOverride::Factory& override_factory() {
 jobs::ExecutorKind executor_kind(const WorldSettings& settings) {
   switch (settings.mode) {
     case ThreadingMode::serial:
-    case ThreadingMode::dedicated_thread: return jobs::ExecutorKind::serial;
-    case ThreadingMode::fork_join: return jobs::ExecutorKind::fork_join;
+    case ThreadingMode::dedicated_thread:
+      return jobs::ExecutorKind::serial;
+    case ThreadingMode::fork_join:
+      return jobs::ExecutorKind::fork_join;
     case ThreadingMode::dedicated_thread_jobs:
-    case ThreadingMode::job_system: break;
+    case ThreadingMode::job_system:
+      break;
   }
   return settings.pool ? jobs::ExecutorKind::host_pool : jobs::ExecutorKind::job_system;
 }

@@ -53,10 +53,10 @@ void fill_times(const jobs::RunReport& run, StepReport& report) {
 void fill_counts(const pipeline::WorldData& world, StepReport& report) {
   report.bodies = static_cast<std::uint32_t>(world.ids.size());
   report.awake_bodies = static_cast<std::uint32_t>(world.bodies.awake.size());
-  report.shapes = static_cast<std::uint32_t>(world.colliders.rows.size() -
-                                             world.colliders.free_rows.size());
-  report.joints = static_cast<std::uint32_t>(world.joints.rows.size() -
-                                             world.joints.free_rows.size());
+  report.shapes =
+      static_cast<std::uint32_t>(world.colliders.rows.size() - world.colliders.free_rows.size());
+  report.joints =
+      static_cast<std::uint32_t>(world.joints.rows.size() - world.joints.free_rows.size());
   report.pairs = static_cast<std::uint32_t>(world.contacts.pairs.size());
   report.contacts = static_cast<std::uint32_t>(world.islands.contacts.size());
   report.islands = static_cast<std::uint32_t>(world.islands.islands.size());

@@ -31,12 +31,14 @@ WorldData::WorldData(const WorldSettings& world_settings)
 
 void require_idle(const WorldData& world, const char* call) {
   switch (world.activity.load(std::memory_order_relaxed)) {
-    case Activity::idle: return;
+    case Activity::idle:
+      return;
     case Activity::stepping:
       throw UsageError(std::string(call) + " was called during a step; post() a command instead");
     case Activity::running:
-      throw UsageError(std::string(call) +
-                       " was called while the simulation thread runs; post() a command, or stop() it");
+      throw UsageError(
+          std::string(call) +
+          " was called while the simulation thread runs; post() a command, or stop() it");
   }
 }
 

@@ -45,14 +45,14 @@ struct WorldData {
   collision::NarrowphaseScratchPtr narrowphase;
   solver::SolverScratchPtr solver;
 
-  core::StepContext context;   // of the step in progress
-  jobs::TaskGraph graph;       // describe_step(), built once
-  jobs::RunReport run;         // of the last step
+  core::StepContext context;  // of the step in progress
+  jobs::TaskGraph graph;      // describe_step(), built once
+  jobs::RunReport run;        // of the last step
   StepReport report;
-  double time = 0;             // s simulated
+  double time = 0;  // s simulated
   std::uint64_t step_count = 0;
   std::atomic<Activity> activity = Activity::idle;
-  bool in_flight = false;      // the executor has begun a run that was not ended
+  bool in_flight = false;  // the executor has begun a run that was not ended
 
   std::mutex inbox_mutex;
   std::vector<Command> inbox;  // guarded; posted and not yet applied

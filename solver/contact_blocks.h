@@ -36,7 +36,7 @@ struct alignas(64) SpinRow {
   float linear_factor;             // of damping over a substep; 1: none
   float inertia[6];                // kg m^2, world, at the start of the step: xx xy xz yy yz zz
   float angular_factor;
-  float gyroscopic;                // 1: integrate omega x (I omega); 0: isotropic or locked
+  float gyroscopic;  // 1: integrate omega x (I omega); 0: isotropic or locked
 };
 
 // Constants and body rows of all passes over one group.
@@ -49,22 +49,22 @@ struct ContactPass {
   const SpinRow* spin = nullptr;
   std::uint32_t dynamic_end = 1;  // rows [1, dynamic_end) are written, no others
 
-  float substep = 0;      // s
-  float inv_substep = 0;  // 1/s
-  float max_push = 0;     // m/s
+  float substep = 0;                // s
+  float inv_substep = 0;            // 1/s
+  float max_push = 0;               // m/s
   float restitution_threshold = 0;  // m/s
-  Softness soft = {};        // between two dynamic bodies
-  Softness soft_fixed = {};  // if one of them cannot be moved
-  float soft_load = 0;       // m/s: impulse per effective mass beyond which a contact gets no softer
+  Softness soft = {};               // between two dynamic bodies
+  Softness soft_fixed = {};         // if one of them cannot be moved
+  float soft_load = 0;  // m/s: impulse per effective mass beyond which a contact gets no softer
 };
 
 // One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.
 struct alignas(64) LaneInput {
   const float* manifold[kMaxWidth];  // core::Manifold
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
-  float count[kMaxWidth];            // points
-  float offset[3][kMaxWidth];        // m, centre of b from centre of a
-  float impulse[4][kMaxWidth];       // N s, of the points, warm start; 0 beyond count
+  float count[kMaxWidth];       // points
+  float offset[3][kMaxWidth];   // m, centre of b from centre of a
+  float impulse[4][kMaxWidth];  // N s, of the points, warm start; 0 beyond count
   float friction[kMaxWidth], restitution[kMaxWidth], rolling[kMaxWidth];
   // Inverse mass per axis, for the full kinds.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
@@ -75,12 +75,12 @@ struct alignas(64) LaneOutput {
   float impulse[4][kMaxWidth];
   float friction[3][kMaxWidth];  // N s, world, on b
   float twist[kMaxWidth];
-  float rolling[3][kMaxWidth];   // N m s, world, on b
-  float total[kMaxWidth];        // N s along the normal over the step
-  float approach[kMaxWidth];     // m/s
+  float rolling[3][kMaxWidth];  // N m s, world, on b
+  float total[kMaxWidth];       // N s along the normal over the step
+  float approach[kMaxWidth];    // m/s
   // Sums over the step, restitution included.
-  float push[3][kMaxWidth];      // N s, world, on b
-  float torque[3][kMaxWidth];    // N m s, world, on b about the centre of a
+  float push[3][kMaxWidth];    // N s, world, on b
+  float torque[3][kMaxWidth];  // N m s, world, on b about the centre of a
 };
 
 template <int W>
@@ -110,10 +110,10 @@ struct FrictionLanes {
   Lanes<W> slide_mass;         // 1 / its largest eigenvalue
   Lanes<W> twist_from[5];      // from F, T1, T2, friction 1, friction 2
   Lanes<W> twist_mass;
-  Lanes<W> lever[P];           // m, of the points
-  Lanes<W> impulse[3];         // friction 1, friction 2, twist
+  Lanes<W> lever[P];    // m, of the points
+  Lanes<W> impulse[3];  // friction 1, friction 2, twist
   Lanes<W> coefficient;
-  Lanes<W> sum[6];             // over the substeps: F, friction 1, friction 2, T1, T2, twist
+  Lanes<W> sum[6];  // over the substeps: F, friction 1, friction 2, T1, T2, twist
 };
 template <int W>
 struct FrictionLanes<W, 1> {

@@ -36,9 +36,7 @@ struct HighwayLanes {
   SKERRY_LANE F sqrt(const F& a) { return hn::Sqrt(a); }
   SKERRY_LANE M less(const F& a, const F& b) { return hn::Lt(a, b); }
   SKERRY_LANE M equal(const F& a, const F& b) { return hn::Eq(a, b); }
-  SKERRY_LANE F select(const M& m, const F& yes, const F& no) {
-    return hn::IfThenElse(m, yes, no);
-  }
+  SKERRY_LANE F select(const M& m, const F& yes, const F& no) { return hn::IfThenElse(m, yes, no); }
   SKERRY_LANE M either(const M& a, const M& b) { return hn::Or(a, b); }
   SKERRY_LANE M both(const M& a, const M& b) { return hn::And(a, b); }
   SKERRY_LANE bool any(const M& m) { return !hn::AllFalse(D(), m); }

@@ -143,8 +143,8 @@ void GroupSolver::collect_contacts() {
     contact.restitution = combined_restitution(a, b);
     contact.rolling = combined_rolling(a, b);
     contact.points = table.manifolds[ref.manifold].point_count;
-    const bool full = contact.restitution > 0 || contact.rolling > 0 ||
-                      (locks(row_a) | locks(row_b)) != 0;
+    const bool full =
+        contact.restitution > 0 || contact.rolling > 0 || (locks(row_a) | locks(row_b)) != 0;
     const bool one = contact.points <= 1;
     contact.kind = full ? (one ? ContactKind::point1_full : ContactKind::points4_full)
                         : (one ? ContactKind::point1 : ContactKind::points4);
@@ -287,16 +287,22 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
   const std::uint32_t begin = block * body_grain_;
   const std::uint32_t end = std::min(padded_rows_, begin + body_grain_);
   switch (p.op) {
-    case Op::gather: return gather_rows(begin, end);
-    case Op::integrate_velocities: return kernels_->integrate_velocities(pass_, begin, end);
-    case Op::integrate_positions: return kernels_->integrate_positions(pass_, begin, end);
-    case Op::finish: return finish_rows(begin, std::min(end, pass_.dynamic_end));
+    case Op::gather:
+      return gather_rows(begin, end);
+    case Op::integrate_velocities:
+      return kernels_->integrate_velocities(pass_, begin, end);
+    case Op::integrate_positions:
+      return kernels_->integrate_positions(pass_, begin, end);
+    case Op::finish:
+      return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
     case Op::warm_start_joints:
     case Op::solve_joints:
     case Op::relax_joints:
-    case Op::store_joints: return run_joints(p.op);
-    default: return run_contacts(p.op, chunks_[p.first + block]);
+    case Op::store_joints:
+      return run_joints(p.op);
+    default:
+      return run_contacts(p.op, chunks_[p.first + block]);
   }
 }
 
@@ -304,12 +310,18 @@ void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = memory_.data()->bytes + chunk.memory;
   switch (op) {
-    case Op::prepare: return prepare_chunk(chunk);
-    case Op::warm_start: return kernel.warm_start(pass_, blocks, chunk.count);
-    case Op::solve: return kernel.solve(pass_, blocks, chunk.count);
-    case Op::relax: return kernel.relax(pass_, blocks, chunk.count);
-    case Op::restitute: return kernel.restitute(pass_, blocks, chunk.count);
-    default: return store_chunk(chunk);
+    case Op::prepare:
+      return prepare_chunk(chunk);
+    case Op::warm_start:
+      return kernel.warm_start(pass_, blocks, chunk.count);
+    case Op::solve:
+      return kernel.solve(pass_, blocks, chunk.count);
+    case Op::relax:
+      return kernel.relax(pass_, blocks, chunk.count);
+    case Op::restitute:
+      return kernel.restitute(pass_, blocks, chunk.count);
+    default:
+      return store_chunk(chunk);
   }
 }
 
@@ -354,8 +366,7 @@ void GroupSolver::gather_rows(std::uint32_t begin, std::uint32_t end) {
 
 void GroupSolver::gather_kinematic(std::uint32_t row) {
   const IslandScratch& islands = step_->solver->islands;
-  const KinematicStart& start =
-      islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot];
+  const KinematicStart& start = islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot];
   start_[row] = {to_float(start.linear), 0, to_float(start.angular), 0};
   base_[row].orientation = to_float(start.orientation);
 }
@@ -554,13 +565,13 @@ void GroupSolver::finish_body(std::uint32_t row) {
     after.linear = to_double(velocity_[row].linear);
     after.angular = to_double(velocity_[row].angular);
   } else {
-    after.linear = ledger.linear + unlocked(Vec3(ledger.impulse[0], ledger.impulse[1],
-                                                 ledger.impulse[2]),
-                                            flags, kLockX) *
-                                       mass.inv_mass;
+    after.linear =
+        ledger.linear +
+        unlocked(Vec3(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]), flags, kLockX) *
+            mass.inv_mass;
     after.angular_momentum =
-        ledger.angular_momentum + Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1],
-                                       ledger.angular_impulse[2]);
+        ledger.angular_momentum +
+        Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
     after.angular = to_angular(after.angular_momentum, next.orientation);
   }
 
@@ -573,14 +584,12 @@ void GroupSolver::finish_body(std::uint32_t row) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
     next.center -= half * change;
     const Vec3 back = -0.5 * half * turn_change;
-    next.orientation =
-        Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
+    next.orientation = Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
     if (!ledger.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
   }
   if (ledger.from_rows) {
-    after.angular_momentum =
-        round ? Vec3(after.angular * mass.inertia_b(0, 0))
-              : Vec3(inertia_w(mass, next.orientation) * after.angular);
+    after.angular_momentum = round ? Vec3(after.angular * mass.inertia_b(0, 0))
+                                   : Vec3(inertia_w(mass, next.orientation) * after.angular);
   } else if (flags & (kLockRx | kLockRy | kLockRz)) {
     after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
   }

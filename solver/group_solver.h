@@ -32,29 +32,42 @@ class GroupSolver final : public jobs::PhaseProgram {
 
  private:
   enum class Op : std::uint8_t {
-    gather, prepare, prepare_joints, integrate_velocities, warm_start, warm_start_joints, solve,
-    solve_joints, integrate_positions, relax, relax_joints, restitute, store, store_joints, finish,
+    gather,
+    prepare,
+    prepare_joints,
+    integrate_velocities,
+    warm_start,
+    warm_start_joints,
+    solve,
+    solve_joints,
+    integrate_positions,
+    relax,
+    relax_joints,
+    restitute,
+    store,
+    store_joints,
+    finish,
   };
   struct Phase {
     Op op;
-    std::uint32_t first;   // chunk of contacts
+    std::uint32_t first;  // chunk of contacts
     std::uint32_t blocks;
   };
   // Consecutive lane blocks of one colour and kind.
   struct Chunk {
     ContactKind kind;
     std::uint32_t count;
-    std::size_t memory;       // offset of the first block in `memory_`
+    std::size_t memory;        // offset of the first block in `memory_`
     std::uint32_t first_lane;  // into `lanes_`
   };
   // What a body brings to the end of the step, in double.
   struct Ledger {
-    Vec3 linear;            // m/s after external forces alone
-    Vec3 angular_momentum;  // likewise
+    Vec3 linear;                            // m/s after external forces alone
+    Vec3 angular_momentum;                  // likewise
     double impulse[3], angular_impulse[3];  // of contacts, N s and N m s
-    float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
+    float smooth_change;  // m/s: a velocity change up to this is a force's work, not an impact
     bool pushed, impact;
-    bool from_rows;         // joints or damping: contacts alone do not account for the motion
+    bool from_rows;  // joints or damping: contacts alone do not account for the motion
   };
   struct Contact {
     std::uint32_t manifold;
@@ -107,7 +120,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
   std::vector<core::BodyIndex> body_;
-  std::vector<std::uint32_t> kinematic_row_;    // [kinematics of the step] or 0
+  std::vector<std::uint32_t> kinematic_row_;  // [kinematics of the step] or 0
   std::vector<std::uint32_t> used_kinematics_;
 
   std::vector<Contact> contacts_;

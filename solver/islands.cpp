@@ -16,8 +16,8 @@ using namespace core;
 constexpr std::uint64_t kContactBytes = 340;
 constexpr std::uint64_t kBodyBytes = 350;
 constexpr std::uint64_t kJointBytes = 1000;
-constexpr std::uint64_t kFreeBodyBytes = 400;       // by time: about that of a manifold
-constexpr std::uint64_t kGroupBytes = 256 * 1024;   // half of a common L2
+constexpr std::uint64_t kFreeBodyBytes = 400;      // by time: about that of a manifold
+constexpr std::uint64_t kGroupBytes = 256 * 1024;  // half of a common L2
 constexpr std::uint64_t kWideBytes = 512 * 1024;
 constexpr std::uint32_t kFreeBodiesPerGroup = 256;
 
@@ -34,9 +34,14 @@ Role role_of(const Bodies& bodies, BodyIndex body) {
 class IslandBuilder {
  public:
   explicit IslandBuilder(const StepContext& step)
-      : bodies_(*step.bodies), table_(*step.contacts), joints_(*step.joints),
-        sleepers_(*step.sleepers), islands_(*step.islands), scratch_(step.solver->islands),
-        force_packed_(step.solver->never_wide), force_wide_(step.solver->always_wide) {}
+      : bodies_(*step.bodies),
+        table_(*step.contacts),
+        joints_(*step.joints),
+        sleepers_(*step.sleepers),
+        islands_(*step.islands),
+        scratch_(step.solver->islands),
+        force_packed_(step.solver->never_wide),
+        force_wide_(step.solver->always_wide) {}
 
   void run() {
     connect_awake();

@@ -15,11 +15,11 @@ struct ReferenceLanes {
   };
   struct F {
     float v[W];
-#define SKERRY_LANE_OPERATOR(op)                            \
-  friend F operator op(const F& a, const F& b) {            \
-    F r;                                                    \
-    for (int i = 0; i < W; ++i) r.v[i] = a.v[i] op b.v[i];  \
-    return r;                                               \
+#define SKERRY_LANE_OPERATOR(op)                           \
+  friend F operator op(const F& a, const F& b) {           \
+    F r;                                                   \
+    for (int i = 0; i < W; ++i) r.v[i] = a.v[i] op b.v[i]; \
+    return r;                                              \
   }
     SKERRY_LANE_OPERATOR(+)
     SKERRY_LANE_OPERATOR(-)

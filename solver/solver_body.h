@@ -19,17 +19,17 @@ struct alignas(32) VelocityRow {
 struct alignas(32) DeltaRow {
   core::V3f translation;  // m, of the centre of mass
   float pad;
-  core::Q4f rotation;     // q_now = rotation * q_start
+  core::Q4f rotation;  // q_now = rotation * q_start
 };
 struct alignas(32) MassRow {
-  float inv_mass;               // 1/kg; 0 for fixed and kinematic
-  core::Sym3f inv_inertia;      // world, at the start of the step; locked axes cleared
-  std::uint32_t lock_flags;     // core::kLockMask bits: translation locks mask inv_mass per axis
+  float inv_mass;            // 1/kg; 0 for fixed and kinematic
+  core::Sym3f inv_inertia;   // world, at the start of the step; locked axes cleared
+  std::uint32_t lock_flags;  // core::kLockMask bits: translation locks mask inv_mass per axis
 };
 struct alignas(32) BaseRow {
   core::V3f acceleration;  // m/s^2, external (gravity, forces), frozen over the step
   float pad;
-  core::Q4f orientation;   // at the start of the step
+  core::Q4f orientation;  // at the start of the step
 };
 
 // Views of the rows of one group, [count]. Row 0 is a dummy: fixed bodies and padding lanes map to

@@ -27,14 +27,14 @@ inline constexpr std::uint32_t kKinematicSlot = 0x80000000u;
 
 // Buffers of build_islands; `slot` and `kinematics` are read by all groups in the same step.
 struct IslandScratch {
-  std::vector<std::uint32_t> slot;    // [body rows]
+  std::vector<std::uint32_t> slot;       // [body rows]
   std::vector<core::BodyIndex> slotted;  // whose slots are set
   std::vector<KinematicStart> kinematics;
 
-  std::vector<core::BodyIndex> parent;  // [body rows] union-find
-  std::vector<std::uint8_t> joined;     // [body rows] has a contact or joint
-  std::vector<std::uint32_t> island;    // [body rows] of awake dynamic bodies
-  std::vector<core::ContactRef> contacts;   // in pair order
+  std::vector<core::BodyIndex> parent;        // [body rows] union-find
+  std::vector<std::uint8_t> joined;           // [body rows] has a contact or joint
+  std::vector<std::uint32_t> island;          // [body rows] of awake dynamic bodies
+  std::vector<core::ContactRef> contacts;     // in pair order
   std::vector<core::BodyIndex> contact_body;  // [contacts] a dynamic body of each
   std::vector<std::uint32_t> joints;
   std::vector<core::BodyIndex> joint_body;

@@ -47,8 +47,8 @@ struct ContactWorld {
   core::CallbackErrors errors;
   std::vector<std::string> warnings;
   solver::SolverScratchPtr scratch = solver::make_solver_scratch(1);
-  std::vector<Shape> shape;   // [body]
-  std::vector<Vec3> size;     // [body] half extents, or radius in x
+  std::vector<Shape> shape;  // [body]
+  std::vector<Vec3> size;    // [body] half extents, or radius in x
   double dt = 1.0 / 60;
   double time = 0;
   double speculative = 0.02;  // m
@@ -231,13 +231,11 @@ struct ContactWorld {
   }
 
   void reach(core::BodyIndex a, core::BodyIndex b) {
-    const double closing =
-        (bodies.motion[a].linear - bodies.motion[b].linear).norm() + 9.81 * dt;
+    const double closing = (bodies.motion[a].linear - bodies.motion[b].linear).norm() + 9.81 * dt;
     reach_ = closing * dt;
     if (shape[b] == Shape::sphere) {  // no contact with what moves away
-      const Vec3 d = shape[a] == Shape::floor
-                         ? Vec3(0, 1, 0)
-                         : Vec3(bodies.pose[b].center - bodies.pose[a].center);
+      const Vec3 d = shape[a] == Shape::floor ? Vec3(0, 1, 0)
+                                              : Vec3(bodies.pose[b].center - bodies.pose[a].center);
       const double apart = d.normalized().dot(bodies.motion[b].linear - bodies.motion[a].linear);
       if (apart > 9.81 * dt) reach_ = 0;
       return;

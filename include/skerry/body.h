@@ -19,10 +19,10 @@ enum class BodyType : std::uint8_t {
 
 // Overrides what the shapes' densities give.
 struct MassOverride {
-  double mass = 1;                              // kg
-  std::optional<Vec3> center = std::nullopt;    // m, body frame; none: from the shapes
-  std::optional<Mat3> inertia = std::nullopt;   // kg m^2 about the centre, body axes; none: the
-                                                // shapes' inertia scaled to the mass
+  double mass = 1;                             // kg
+  std::optional<Vec3> center = std::nullopt;   // m, body frame; none: from the shapes
+  std::optional<Mat3> inertia = std::nullopt;  // kg m^2 about the centre, body axes; none: the
+                                               // shapes' inertia scaled to the mass
 };
 
 // Axes of the world along which a body may not move, or about which it may not turn (2D problems).
@@ -33,7 +33,7 @@ struct AxisLocks {
 
 struct BodyDesc {
   BodyType type = BodyType::dynamic;
-  std::vector<Shape> shapes = {};  // may be empty: then `mass` is needed for a dynamic body
+  std::vector<Shape> shapes = {};        // may be empty: then `mass` is needed for a dynamic body
   Vec3 position = Vec3::Zero();          // m, of the body frame's origin
   Quat orientation = Quat::Identity();   // unit to 1e-3; normalised on entry
   Vec3 linear_velocity = Vec3::Zero();   // m/s, of the centre of mass

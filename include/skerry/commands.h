@@ -13,8 +13,8 @@ namespace skerry {
 
 struct Impulse {
   BodyId body;
-  Vec3 impulse = Vec3::Zero();                // N s
-  std::optional<Vec3> point = std::nullopt;   // m, world; none: the centre of mass
+  Vec3 impulse = Vec3::Zero();               // N s
+  std::optional<Vec3> point = std::nullopt;  // m, world; none: the centre of mass
 };
 struct Force {  // acts for one step
   BodyId body;

@@ -12,11 +12,11 @@ namespace skerry {
 // higher order ask at several instants).
 struct FieldSample {
   BodyId body;
-  double time = 0;                        // s since the world began
-  Vec3 position = Vec3::Zero();           // m, centre of mass, world
-  Vec3 velocity = Vec3::Zero();           // m/s
-  Vec3 angular_velocity = Vec3::Zero();   // rad/s, world
-  double mass = 0;                        // kg
+  double time = 0;                       // s since the world began
+  Vec3 position = Vec3::Zero();          // m, centre of mass, world
+  Vec3 velocity = Vec3::Zero();          // m/s
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world
+  double mass = 0;                       // kg
 };
 struct FieldForce {
   Vec3 force = Vec3::Zero();   // N, at the centre of mass

@@ -22,12 +22,12 @@ struct BallJoint {
 // at creation.
 struct HingeJoint {
   BodyId a, b;
-  Vec3 anchor = Vec3::Zero();  // m, world
-  Vec3 axis = {0, 0, 1};       // unit, world
+  Vec3 anchor = Vec3::Zero();                        // m, world
+  Vec3 axis = {0, 0, 1};                             // unit, world
   std::optional<double> lower_angle = std::nullopt;  // rad
   std::optional<double> upper_angle = std::nullopt;  // rad
-  double motor_speed = 0;       // rad/s
-  double motor_max_torque = 0;  // N m; 0: no motor
+  double motor_speed = 0;                            // rad/s
+  double motor_max_torque = 0;                       // N m; 0: no motor
   bool collide = false;
 };
 

@@ -42,11 +42,11 @@ enum class BroadphaseKind : std::uint8_t { tree, sweep_and_prune, fcl };
 
 struct SolverSettings {
   int substeps = 4;
-  double contact_hertz = 30;          // stiffness of soft contacts, capped at a quarter of the
-                                      // substep rate
+  double contact_hertz = 30;  // stiffness of soft contacts, capped at a quarter of the
+                              // substep rate
   double contact_damping_ratio = 10;
-  double max_push_velocity = 3;       // m/s: fastest recovery from penetration
-  double restitution_threshold = 0.2; // m/s: slower impacts do not bounce
+  double max_push_velocity = 3;        // m/s: fastest recovery from penetration
+  double restitution_threshold = 0.2;  // m/s: slower impacts do not bounce
   double joint_hertz = 60;
   double joint_damping_ratio = 2;
 };

@@ -78,8 +78,8 @@ struct Filter {
 };
 
 struct ShapeOptions {
-  Pose local_pose = {};                          // in the body frame
-  std::optional<double> density = std::nullopt;  // kg/m^3 (kg/m^2 for hollow); none: the body's
+  Pose local_pose = {};                             // in the body frame
+  std::optional<double> density = std::nullopt;     // kg/m^3 (kg/m^2 for hollow); none: the body's
   std::optional<Material> material = std::nullopt;  // none: the body's
   Filter filter = {};
   bool sensor = false;  // reports overlaps, never pushes
@@ -88,8 +88,8 @@ struct ShapeOptions {
 // One shape of a body; several make a compound.
 struct Shape {
   template <class Geometry>
-    requires std::is_constructible_v<ShapeGeometry, Geometry>
-  Shape(Geometry shape_geometry, ShapeOptions shape_options = {})  // NOLINT: implicit on purpose
+  requires std::is_constructible_v<ShapeGeometry, Geometry> Shape(
+      Geometry shape_geometry, ShapeOptions shape_options = {})  // NOLINT: implicit on purpose
       : geometry(std::move(shape_geometry)), options(std::move(shape_options)) {}
 
   ShapeGeometry geometry;

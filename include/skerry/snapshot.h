@@ -15,10 +15,10 @@ namespace skerry {
 // The state of one published step. Immutable once published.
 struct SnapshotFrame {
   std::uint64_t step = 0;
-  double time = 0;                   // s, simulated
-  std::int64_t published_ns = 0;     // monotonic clock
-  std::vector<BodyId> bodies;        // ascending index
-  std::vector<Pose> poses;           // [bodies], of the body frames
+  double time = 0;                // s, simulated
+  std::int64_t published_ns = 0;  // monotonic clock
+  std::vector<BodyId> bodies;     // ascending index
+  std::vector<Pose> poses;        // [bodies], of the body frames
 };
 
 enum class SnapshotView : std::uint8_t {
@@ -32,8 +32,8 @@ inline constexpr SnapshotView interpolated = SnapshotView::interpolated;
 class Snapshot {
  public:
   Snapshot() = default;
-  Snapshot(std::shared_ptr<const SnapshotFrame> previous, std::shared_ptr<const SnapshotFrame> current,
-           double alpha, double age);
+  Snapshot(std::shared_ptr<const SnapshotFrame> previous,
+           std::shared_ptr<const SnapshotFrame> current, double alpha, double age);
 
   bool empty() const { return current_ == nullptr; }
   std::uint64_t step() const { return current_ ? current_->step : 0; }

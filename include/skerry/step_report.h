@@ -23,9 +23,9 @@ struct StepReport {
   double dt = 0;           // s
   double time = 0;         // s, after the step
 
-  double step_ms = 0;      // wall clock
-  double blocked_ms = 0;   // the caller waited with nothing to run
-  double helped_ms = 0;    // the caller ran stages
+  double step_ms = 0;     // wall clock
+  double blocked_ms = 0;  // the caller waited with nothing to run
+  double helped_ms = 0;   // the caller ran stages
   std::array<StageTime, kMaxStages> stage_storage = {};
   std::uint32_t stage_count = 0;
   std::span<const StageTime> stages() const { return {stage_storage.data(), stage_count}; }
@@ -46,13 +46,13 @@ struct StepReport {
 
 // Sums over the world, on request (World::measure).
 struct Measures {
-  double kinetic_energy = 0;      // J
-  double potential_energy = 0;    // J, of uniform gravity, zero at the origin
+  double kinetic_energy = 0;                    // J
+  double potential_energy = 0;                  // J, of uniform gravity, zero at the origin
   std::array<double, 3> momentum = {};          // kg m/s
   std::array<double, 3> angular_momentum = {};  // kg m^2/s about the origin
-  std::uint64_t contact_points = 0;  // with a separation of at most zero
-  double penetration_mean = 0;    // m, over those points, at the start of the last step
-  double penetration_max = 0;     // m
+  std::uint64_t contact_points = 0;             // with a separation of at most zero
+  double penetration_mean = 0;  // m, over those points, at the start of the last step
+  double penetration_max = 0;   // m
 };
 
 }  // namespace skerry

@@ -103,8 +103,8 @@ class World {
   void post(Command command);
 
   // -- Dedicated thread ---------------------------------------------------------------------------
-  void start();            // steps of 1/rate_hz begin; throws UsageError in other modes
-  void stop();             // returns when the thread has stopped; then the world may be used directly
+  void start();  // steps of 1/rate_hz begin; throws UsageError in other modes
+  void stop();   // returns when the thread has stopped; then the world may be used directly
   bool running() const;
   // The picture for this frame, under the world's BlockPolicy. In other modes: the last step.
   Snapshot latest(SnapshotView view = SnapshotView::newest);
@@ -125,7 +125,7 @@ class World {
 
   // 64-bit hash of poses, velocities, sleep flags of all bodies and the events of the last step.
   std::uint64_t state_hash() const;
-  double time() const;         // s simulated
+  double time() const;  // s simulated
   std::uint64_t step_count() const;
 
   // Early wake of sleeping workers; see jobs::Executor::wake.

@@ -30,8 +30,8 @@ INSTANTIATE_TEST_SUITE_P(Analytic, BothSteps, testing::Values(1.0 / 60, 1.0 / 24
 TEST_P(EveryMode, a_thrown_body_follows_the_parabola) {
   World world = make_world(GetParam());
   const Vec3 x0(1, 20, -3), v0(3, 10, -2);
-  const BodyId ball = world.add_body(
-      {.shapes = {Sphere{.radius = 0.5}}, .position = x0, .linear_velocity = v0});
+  const BodyId ball =
+      world.add_body({.shapes = {Sphere{.radius = 0.5}}, .position = x0, .linear_velocity = v0});
   for (int n = 1; n <= 120; ++n) {
     step(world, 1.0 / 60);
     const double t = n / 60.0;

@@ -1,6 +1,6 @@
 // Box against box: the separating-axis kernel at every width, and its manifolds.
-#include <cmath>
 #include <gtest/gtest.h>
+#include <cmath>
 
 #include <cstring>
 #include <set>
@@ -88,8 +88,9 @@ TEST(NarrowphaseBox, every_width_gives_the_bits_of_the_float_reference) {
 // A crossing of edges within 8 degrees of a face's normal is answered with the face, for its up to
 // four points; what that may cost in depth.
 double tilt_allowance(const BoxPair& pair, const Vec3& normal) {
-  const double cosine = std::max((pair.pose_a.orientation.conjugate() * normal).cwiseAbs().maxCoeff(),
-                                 (pair.pose_b.orientation.conjugate() * normal).cwiseAbs().maxCoeff());
+  const double cosine =
+      std::max((pair.pose_a.orientation.conjugate() * normal).cwiseAbs().maxCoeff(),
+               (pair.pose_b.orientation.conjugate() * normal).cwiseAbs().maxCoeff());
   if (cosine < 0.989 || cosine > 1 - 1e-9) return 0;
   return std::sqrt(1 - cosine * cosine) * (pair.a.half_extents.norm() + pair.b.half_extents.norm());
 }
@@ -158,9 +159,9 @@ TEST(NarrowphaseBox, stacks_keep_four_points_and_their_features_under_micro_moti
     scene.pair(a, b);
     std::set<std::uint32_t> first;
     for (int step = 0; step < 50; ++step) {
-      const Pose shaken = at(random.in_box(2e-6) + offset + Vec3(0, 0.5 + size - 0.002, 0),
-                             turned(random.uniform(-2e-6, 2e-6), random.unit()) *
-                                 turned(yaw, {0, 1, 0}));
+      const Pose shaken =
+          at(random.in_box(2e-6) + offset + Vec3(0, 0.5 + size - 0.002, 0),
+             turned(random.uniform(-2e-6, 2e-6), random.unit()) * turned(yaw, {0, 1, 0}));
       scene.set_pose(b, shaken);
       scene.collide();
       ASSERT_EQ(scene.contact().manifold_count, 1) << "stack " << i;

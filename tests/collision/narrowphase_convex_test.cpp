@@ -44,8 +44,7 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
   void place(Random& random, int i) {
     pose_a_ = at(random.in_box(2), random.rotation());
     pose_b_ = at(pose_a_.position, pose_a_.orientation * random.resting_rotation());
-    const Vec3 n =
-        i % 2 == 0 ? Vec3(pose_a_.orientation * Vec3::Unit(i / 2 % 3)) : random.unit();
+    const Vec3 n = i % 2 == 0 ? Vec3(pose_a_.orientation * Vec3::Unit(i / 2 % 3)) : random.unit();
     constexpr double kGaps[] = {0.003, 0, -0.002, -0.03, -0.2};
     pose_b_.position += (kGaps[i % 5] - gap_along(a_, pose_a_, b_, pose_b_, n)) * n;
   }
@@ -121,7 +120,8 @@ TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {
     }
     if (count[0] != count[1]) continue;  // at the edge of the speculative distance
     if (count[0] == 0) continue;
-    const double tolerance = 2e-3 * std::min(size(a_), size(b_)) + 0.02 * std::abs(double(deepest[0]));
+    const double tolerance =
+        2e-3 * std::min(size(a_), size(b_)) + 0.02 * std::abs(double(deepest[0]));
     ASSERT_NEAR(double(deepest[0]), double(deepest[1]), tolerance) << "pair " << i;
     // Either normal is as good along the other's direction.
     const double along = gap_along(a_, pose_a_, b_, pose_b_, -normal[1]);

@@ -74,8 +74,8 @@ core::ColliderIndex PairScene::add(const ShapeGeometry& geometry, const Pose& po
 }
 
 std::uint32_t PairScene::pair(core::ColliderIndex a, core::ColliderIndex b, bool sensor) {
-  const bool mesh = colliders.rows[a].type == ShapeType::mesh ||
-                    colliders.rows[b].type == ShapeType::mesh;
+  const bool mesh =
+      colliders.rows[a].type == ShapeType::mesh || colliders.rows[b].type == ShapeType::mesh;
   core::ContactPair pair;
   pair.a = a;
   pair.b = b;
@@ -146,10 +146,14 @@ Quat Random::rotation() {
 Quat Random::resting_rotation() {
   const double pi = std::numbers::pi;
   switch (static_cast<int>(uniform(0, 4))) {
-    case 0: return turned(pi / 2 * static_cast<int>(uniform(0, 4)), {0, 1, 0});
-    case 1: return turned(uniform(-pi, pi), {0, 1, 0});
-    case 2: return turned(uniform(-0.05, 0.05), unit()) * turned(uniform(-pi, pi), {0, 1, 0});
-    default: return rotation();
+    case 0:
+      return turned(pi / 2 * static_cast<int>(uniform(0, 4)), {0, 1, 0});
+    case 1:
+      return turned(uniform(-pi, pi), {0, 1, 0});
+    case 2:
+      return turned(uniform(-0.05, 0.05), unit()) * turned(uniform(-pi, pi), {0, 1, 0});
+    default:
+      return rotation();
   }
 }
 

@@ -37,15 +37,13 @@ struct Support {
     return s.semi_axes.cwiseProduct(scaled.normalized());
   }
   Vec3 operator()(const ConvexHull& s) const {
-    return *std::max_element(s.points.begin(), s.points.end(), [&](const Vec3& p, const Vec3& q) {
-      return p.dot(d) < q.dot(d);
-    });
+    return *std::max_element(s.points.begin(), s.points.end(),
+                             [&](const Vec3& p, const Vec3& q) { return p.dot(d) < q.dot(d); });
   }
   Vec3 operator()(const Plane&) const { return Vec3::Zero(); }
   Vec3 operator()(const TriangleMesh& s) const {
-    return *std::max_element(
-        s.data->vertices.begin(), s.data->vertices.end(),
-        [&](const Vec3& p, const Vec3& q) { return p.dot(d) < q.dot(d); });
+    return *std::max_element(s.data->vertices.begin(), s.data->vertices.end(),
+                             [&](const Vec3& p, const Vec3& q) { return p.dot(d) < q.dot(d); });
   }
 };
 
@@ -79,7 +77,8 @@ Sweep climb(const Gap& gap, Sweep from) {
     Sweep best = from;
     for (int k = 0; k < 6; ++k) {
       const double angle = k * std::numbers::pi / 3;
-      const Vec3 n = (from.normal + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized();
+      const Vec3 n =
+          (from.normal + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized();
       if (const double s = gap(n); s > best.separation) best = {s, n};
     }
     if (best.separation > from.separation) {

@@ -91,9 +91,8 @@ TEST(Determinism, stress_random_delays_in_tasks_change_no_bit) {
   const int runs = given ? std::atoi(given) : 6;
   for (int run = 0; run < runs; ++run) {
     const pipeline::ExecutorOverride delayed([run](const WorldSettings&) {
-      return std::make_unique<ShufflingExecutor>(
-          Shuffle{.seed = 1000u + static_cast<std::uint32_t>(run), .workers = 4,
-                  .longest_sleep_us = 200});
+      return std::make_unique<ShufflingExecutor>(Shuffle{
+          .seed = 1000u + static_cast<std::uint32_t>(run), .workers = 4, .longest_sleep_us = 200});
     });
     World world;
     expect_serial_hashes(world, std::min(steps(), 200));
@@ -127,9 +126,9 @@ TEST(Determinism, a_far_pile_changes_no_bit_of_another) {
     std::vector<double> state;
     for (const BodyId body : watched) {
       const Pose pose = world.pose(body);
-      for (const double v : {pose.position.x(), pose.position.y(), pose.position.z(),
-                             pose.orientation.x(), pose.orientation.w(),
-                             world.angular_velocity(body).x()}) {
+      for (const double v :
+           {pose.position.x(), pose.position.y(), pose.position.z(), pose.orientation.x(),
+            pose.orientation.w(), world.angular_velocity(body).x()}) {
         state.push_back(v);
       }
     }

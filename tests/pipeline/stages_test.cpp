@@ -15,11 +15,16 @@ using pipeline::Per;
 
 const char* name_of(jobs::Domain domain) {
   switch (static_cast<Per>(domain)) {
-    case Per::step: return "step";
-    case Per::body: return "body";
-    case Per::moved_collider: return "moved_collider";
-    case Per::pair: return "pair";
-    case Per::island_group: return "island_group";
+    case Per::step:
+      return "step";
+    case Per::body:
+      return "body";
+    case Per::moved_collider:
+      return "moved_collider";
+    case Per::pair:
+      return "pair";
+    case Per::island_group:
+      return "island_group";
   }
   return "?";
 }
@@ -36,7 +41,8 @@ std::vector<std::string> documented_stages() {
     const std::size_t name_end = line.find('`', 3);
     const std::size_t per_begin = line.find("| ", name_end) + 2;
     const std::size_t per_end = line.find(" |", per_begin);
-    rows.push_back(line.substr(3, name_end - 3) + " " + line.substr(per_begin, per_end - per_begin));
+    rows.push_back(line.substr(3, name_end - 3) + " " +
+                   line.substr(per_begin, per_end - per_begin));
   }
   return rows;
 }

@@ -47,8 +47,7 @@ TEST(BadInput, sizes_that_are_not_lengths_are_refused) {
     expect_body_refused("shapes[0].half_extents.y", {.shapes = {Box{.half_extents = {1, bad, 1}}}});
     expect_body_refused("shapes[0].radius", {.shapes = {Cylinder{.radius = bad}}});
     expect_body_refused("shapes[0].half_height", {.shapes = {Cone{.half_height = bad}}});
-    expect_body_refused("shapes[0].semi_axes.z",
-                        {.shapes = {Ellipsoid{.semi_axes = {1, 1, bad}}}});
+    expect_body_refused("shapes[0].semi_axes.z", {.shapes = {Ellipsoid{.semi_axes = {1, 1, bad}}}});
   }
 }
 
@@ -62,9 +61,9 @@ TEST(BadInput, values_of_bodies_that_are_not_physical_are_refused) {
   expect_body_refused("friction", {.shapes = shapes, .friction = -0.1});
   expect_body_refused("restitution", {.shapes = shapes, .restitution = 1.5});
   expect_body_refused("mass.mass", {.shapes = shapes, .mass = MassOverride{.mass = -2}});
-  expect_body_refused("mass.inertia",
-                      {.shapes = shapes,
-                       .mass = MassOverride{.mass = 2, .inertia = Vec3(1, 1, 5).asDiagonal()}});
+  expect_body_refused(
+      "mass.inertia",
+      {.shapes = shapes, .mass = MassOverride{.mass = 2, .inertia = Vec3(1, 1, 5).asDiagonal()}});
   expect_body_refused("mass", {});
   expect_body_refused("linear_velocity",
                       {.type = BodyType::fixed, .shapes = shapes, .linear_velocity = {1, 0, 0}});
@@ -72,7 +71,8 @@ TEST(BadInput, values_of_bodies_that_are_not_physical_are_refused) {
 }
 
 TEST(BadInput, geometry_that_is_no_solid_is_refused) {
-  expect_body_refused("shapes[0].points", {.shapes = {ConvexHull{.points = {{0, 0, 0}, {1, 0, 0}}}}});
+  expect_body_refused("shapes[0].points",
+                      {.shapes = {ConvexHull{.points = {{0, 0, 0}, {1, 0, 0}}}}});
   expect_body_refused(
       "shapes[0].points",
       {.shapes = {ConvexHull{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}}}});
@@ -188,7 +188,8 @@ TEST_P(EveryMode, commands_apply_in_the_order_posted) {
   BodyId spawned;
   world.post(SetVelocity{ball, {1, 0, 0}, {0, 0, 0}});
   world.post(SetVelocity{ball, {2, 0, 0}, {0, 0, 0}});
-  world.post(Spawn{{.shapes = {Sphere{}}, .position = {9, 0, 0}}, [&](BodyId id) { spawned = id; }});
+  world.post(
+      Spawn{{.shapes = {Sphere{}}, .position = {9, 0, 0}}, [&](BodyId id) { spawned = id; }});
   const StepReport first = step(world, 0.5);
   EXPECT_TRUE(first.warnings.empty());
   EXPECT_NEAR(world.pose(ball).position.x(), 1, 1e-12);
@@ -280,7 +281,8 @@ TEST(Sleep, taking_the_support_away_wakes_what_rested_on_it) {
 TEST(Transforms, list_all_bodies_and_say_which_changed) {
   World world;
   add_floor(world);
-  const BodyId still = world.add_body({.type = BodyType::kinematic, .shapes = {Box{}}, .position = {9, 9, 9}});
+  const BodyId still =
+      world.add_body({.type = BodyType::kinematic, .shapes = {Box{}}, .position = {9, 9, 9}});
   const BodyId ball = add_sphere(world, {0, 5, 0});
   world.step(kDt);
   ASSERT_EQ(world.bodies().size(), 3u);
@@ -292,8 +294,8 @@ TEST(Transforms, list_all_bodies_and_say_which_changed) {
 }
 
 TEST(DedicatedThread, keeps_its_rate_and_shows_snapshots) {
-  World world({.mode = ThreadingMode::dedicated_thread, .rate_hz = 200,
-               .block_policy = BlockPolicy::all});
+  World world(
+      {.mode = ThreadingMode::dedicated_thread, .rate_hz = 200, .block_policy = BlockPolicy::all});
   add_floor(world);
   const BodyId ball = add_sphere(world, {0, 100, 0});
   world.start();
@@ -329,7 +331,8 @@ TEST(DedicatedThread, can_start_and_stop_many_times) {
 TEST(DedicatedThread, what_a_step_throws_comes_out_of_stop) {
   World world({.mode = ThreadingMode::dedicated_thread, .rate_hz = 500});
   add_sphere(world, {0, 1, 0});
-  world.add_force_field([](const FieldSample&) -> FieldForce { throw std::runtime_error("field"); });
+  world.add_force_field(
+      [](const FieldSample&) -> FieldForce { throw std::runtime_error("field"); });
   world.start();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_THROW(world.stop(), std::runtime_error);
@@ -339,8 +342,8 @@ TEST(DedicatedThread, what_a_step_throws_comes_out_of_stop) {
 TEST(ManyWorlds, live_side_by_side) {
   std::vector<World> worlds;
   for (int i = 0; i < 64; ++i) {
-    worlds.push_back(World({.mode = i % 2 ? ThreadingMode::job_system : ThreadingMode::fork_join,
-                            .workers = 2}));
+    worlds.push_back(World(
+        {.mode = i % 2 ? ThreadingMode::job_system : ThreadingMode::fork_join, .workers = 2}));
     add_floor(worlds.back());
     for (int k = 0; k < 30; ++k) add_box(worlds.back(), {1.1 * (k % 6), 1.0 + k / 6 * 1.1, 0});
   }

@@ -42,12 +42,18 @@ constexpr double kDt = 1.0 / 60;
 
 Shape shape_of(int i) {
   switch (i % 6) {
-    case 0: return Box{.half_extents = {0.3, 0.3, 0.3}};
-    case 1: return Sphere{.radius = 0.3};
-    case 2: return Capsule{.radius = 0.2, .half_height = 0.25};
-    case 3: return Box{.half_extents = {0.2, 0.3, 0.4}};
-    case 4: return Cylinder{.radius = 0.25, .half_height = 0.25};
-    default: break;
+    case 0:
+      return Box{.half_extents = {0.3, 0.3, 0.3}};
+    case 1:
+      return Sphere{.radius = 0.3};
+    case 2:
+      return Capsule{.radius = 0.2, .half_height = 0.25};
+    case 3:
+      return Box{.half_extents = {0.2, 0.3, 0.4}};
+    case 4:
+      return Cylinder{.radius = 0.25, .half_height = 0.25};
+    default:
+      break;
   }
   return ConvexHull{.points = {{0.3, -0.2, 0.3}, {-0.3, -0.2, 0.3}, {0, -0.2, -0.4}, {0, 0.4, 0}}};
 }
@@ -56,14 +62,14 @@ void add_chain(World& world, const Vec3& top) {
   BodyId above = world.add_body({.type = BodyType::fixed, .position = top});
   for (int i = 0; i < 6; ++i) {
     const Vec3 center = top - Vec3(0, 0.5 + i, 0);
-    const BodyId link = world.add_body({.shapes = {Capsule{.radius = 0.1, .half_height = 0.35}},
-                                        .position = center});
+    const BodyId link = world.add_body(
+        {.shapes = {Capsule{.radius = 0.1, .half_height = 0.35}}, .position = center});
     const Vec3 anchor = center + Vec3(0, 0.5, 0);
     if (i % 2 == 0) {
       world.add_joint(BallJoint{.a = above, .b = link, .anchor = anchor});
     } else {
-      world.add_joint(HingeJoint{.a = above, .b = link, .anchor = anchor, .lower_angle = -1.0,
-                                 .upper_angle = 1.0});
+      world.add_joint(HingeJoint{
+          .a = above, .b = link, .anchor = anchor, .lower_angle = -1.0, .upper_angle = 1.0});
     }
     above = link;
   }
@@ -75,10 +81,10 @@ BusyScene::BusyScene(World& world) {
   add_floor(world);
   for (int i = 0; i < 512; ++i) {
     const int x = i % 8, z = i / 8 % 8, y = i / 64;
-    bodies_.push_back(world.add_body(
-        {.shapes = {shape_of(i)},
-         .position = {(x - 3.5) * 0.75 + 0.01 * (i % 7), 1.0 + y * 0.8, (z - 3.5) * 0.75 - 0.01 * (i % 5)},
-         .restitution = i % 9 == 0 ? 0.5 : 0.0}));
+    bodies_.push_back(world.add_body({.shapes = {shape_of(i)},
+                                      .position = {(x - 3.5) * 0.75 + 0.01 * (i % 7), 1.0 + y * 0.8,
+                                                   (z - 3.5) * 0.75 - 0.01 * (i % 5)},
+                                      .restitution = i % 9 == 0 ? 0.5 : 0.0}));
   }
   for (int i = 0; i < 3; ++i) add_chain(world, {7.0 + i, 8, 0});
   world.add_body({.type = BodyType::fixed,

@@ -3,7 +3,8 @@
 namespace skerry::test {
 
 std::vector<ModeAndWorkers> every_mode() {
-  std::vector<ModeAndWorkers> all = {{ThreadingMode::serial, 1}, {ThreadingMode::dedicated_thread, 1}};
+  std::vector<ModeAndWorkers> all = {{ThreadingMode::serial, 1},
+                                     {ThreadingMode::dedicated_thread, 1}};
   for (const ThreadingMode mode : {ThreadingMode::fork_join, ThreadingMode::job_system,
                                    ThreadingMode::dedicated_thread_jobs}) {
     for (const int workers : {1, 2, 3, 4, 8}) all.push_back({mode, workers});
