@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/trig.h"
 #include "core/vec.h"
@@ -195,8 +196,10 @@ Quat orientation_after(double duration, const core::BodyMass& mass, std::uint32_
                        const Quat& orientation, const Vec3& angular_momentum, const Vec3& torque) {
   const bool no_torque = torque.isZero(0);
   if (no_torque && angular_momentum.isZero(0)) return orientation;
-  if (!angular_momentum.allFinite() || !torque.allFinite())
-    return Quat(NAN, NAN, NAN, NAN);  // the caller's check for finite state takes it from here
+  if (!angular_momentum.allFinite() || !torque.allFinite()) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    return Quat(kNan, kNan, kNan, kNan);  // the caller's check for finite state takes it from here
+  }
   if (flags & kRotationLocks)
     return locked_after(duration, mass, flags, orientation, angular_momentum, torque);
   const V3d momentum = scalars(angular_momentum), turning = scalars(torque);
