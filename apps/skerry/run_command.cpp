@@ -139,7 +139,8 @@ void add_run_command(CLI::App& app, Action& action) {
       ->check(needs_name());
   command->add_option("--trace", a->trace_file, "Write a Chrome trace of the timed steps' tasks")
       ->check(needs_name());
-  command->add_option("--hash-every", a->hash_every, "State hash every N steps, in the JSON; 0: none")
+  command
+      ->add_option("--hash-every", a->hash_every, "State hash every N steps, in the JSON; 0: none")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000}));
   command->callback([a, &action] { action = [a] { return run_scene_command(*a); }; });
 }
