@@ -310,7 +310,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 
 void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
-  std::byte* blocks = memory_.data()->bytes + chunk.memory;
+  std::byte* blocks = block_memory() + chunk.memory;
   switch (op) {
     case Op::prepare:
       return prepare_chunk(chunk);
@@ -438,7 +438,7 @@ Vec3 GroupSolver::center_of(BodyIndex body) const {
 
 void GroupSolver::prepare_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
-  std::byte* block = memory_.data()->bytes + chunk.memory;
+  std::byte* block = block_memory() + chunk.memory;
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
@@ -479,7 +479,7 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
 
 void GroupSolver::store_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
-  const std::byte* block = memory_.data()->bytes + chunk.memory;
+  const std::byte* block = block_memory() + chunk.memory;
   LaneOutput output;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {

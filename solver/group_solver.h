@@ -131,6 +131,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> colour_chunks_;  // [colours + 1] first chunk
   std::vector<Memory> memory_;
+  std::byte* block_memory() { return reinterpret_cast<std::byte*>(memory_.data()); }
   std::vector<Phase> phases_;
 
   JointBatch joints_;
