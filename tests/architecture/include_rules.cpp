@@ -35,8 +35,7 @@ const std::string kPeersThirdParty =
     kProgramThirdParty + "|bt.*\\.h|Bullet.*|LinearMath/.*|ode/.*|bullet/.*";
 
 const char* const kJobsApi = "skerry/(jobs\\.h|jobs/.*|error\\.h)";
-const std::string kJobsOurs =
-    std::string("jobs/.*|core/(assert|clock|growth)\\.h|") + kJobsApi;
+const std::string kJobsOurs = std::string("jobs/.*|core/(assert|clock|growth)\\.h|") + kJobsApi;
 
 const std::vector<Rule>& rules() {
   static const std::vector<Rule> kRules = {
