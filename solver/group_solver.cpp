@@ -40,7 +40,7 @@ Softness soft(double hertz, double damping_ratio, double h) {
   return {static_cast<float>(omega / a1), static_cast<float>(a2 * a3), static_cast<float>(a3)};
 }
 
-// Contacts ahead of the present one whose manifolds are asked for.
+// Contacts and bodies ahead of the present one whose rows are asked for.
 constexpr std::uint32_t kPrefetch = 8;
 
 // All lines of a row that will be read soon.
@@ -107,23 +107,16 @@ void GroupSolver::assign_rows() {
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
 }
 
-// Dynamic bodies of the group have their rows already; a moving kinematic one gets its row when it is
+// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
 // first met; all others share row 0.
-GroupSolver::Place GroupSolver::place_of(BodyIndex body) {
-  if (body == kNone) return {0, nullptr};
-  const IslandScratch& islands = step_->solver->islands;
-  const std::uint32_t slot = islands.slot[body];
-  const Vec3* center = &step_->bodies->pose[body].center;
-  if (slot == kNone) return {0, center};
-  if (slot & kKinematicSlot) {
-    const std::uint32_t kinematic = slot & ~kKinematicSlot;
-    return {kinematic_row(body, kinematic), &islands.kinematics[kinematic].center};
+std::uint32_t GroupSolver::row_of(BodyIndex body) {
+  const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  if (slot == kNone) return 0;
+  if (!(slot & kKinematicSlot)) {
+    SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
+    return slot - first_body_ + 1;
   }
-  SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
-  return {slot - first_body_ + 1, center};
-}
-
-std::uint32_t GroupSolver::kinematic_row(BodyIndex body, std::uint32_t kinematic) {
+  const std::uint32_t kinematic = slot & ~kKinematicSlot;
   if (kinematic_row_[kinematic] == 0) {
     kinematic_row_[kinematic] = row_count_++;
     used_kinematics_.push_back(kinematic);
@@ -151,34 +144,39 @@ void GroupSolver::collect_contacts() {
     prefetch(table.pairs[ahead.pair]);
     const ContactPair& pair = table.pairs[refs[i].pair];
     const Manifold& manifold = table.manifolds[refs[i].manifold];
-    const Place a = place_of(pair.body_a), b = place_of(pair.body_b);
-    contacts_[i] = contact_between(manifold, a, b);
-    contacts_[i].manifold = refs[i].manifold;
-    row_a_[i] = a.row;
-    row_b_[i] = b.row;
+    row_a_[i] = row_of(pair.body_a);
+    row_b_[i] = row_of(pair.body_b);
+    const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
+    contacts_[i] = {{offset.x(), offset.y(), offset.z()},
+                    refs[i].manifold,
+                    kind_of(manifold, row_a_[i], row_b_[i])};
     has_bounces_ = has_bounces_ || manifold.restitution > 0;
   }
   // Kinematic bodies of joints need rows too.
   for (std::uint32_t i = 0; i < joint_count_; ++i) {
     const Joint& joint = step_->joints->rows[islands.joints[first_joint_ + i]];
-    place_of(joint.a);
-    place_of(joint.b);
+    row_of(joint.a);
+    row_of(joint.b);
   }
 }
 
-GroupSolver::Contact GroupSolver::contact_between(const Manifold& manifold, const Place& a,
-                                                  const Place& b) const {
+ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
+                                 std::uint32_t row_b) const {
   const auto locked = [this](std::uint32_t row) {
     return row - 1 < body_count_ && (step_->bodies->flags[body_[row]] & kLockMask) != 0;
   };
-  Contact contact;
-  for (int k = 0; k < 3; ++k) contact.offset[k] = (*b.center)[k] - (*a.center)[k];
   const bool full = manifold.restitution > 0 || manifold.rolling_resistance > 0 ||
-                    locked(a.row) || locked(b.row);
+                    locked(row_a) || locked(row_b);
   const bool one = manifold.point_count <= 1;
-  contact.kind = full ? (one ? ContactKind::point1_full : ContactKind::points4_full)
-                      : (one ? ContactKind::point1 : ContactKind::points4);
-  return contact;
+  if (full) return one ? ContactKind::point1_full : ContactKind::points4_full;
+  return one ? ContactKind::point1 : ContactKind::points4;
+}
+
+const Vec3& GroupSolver::center_of(BodyIndex body) const {
+  const IslandScratch& islands = step_->solver->islands;
+  const std::uint32_t slot = islands.slot[body];
+  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
+                                                : step_->bodies->pose[body].center;
 }
 
 void GroupSolver::set_constants() {
@@ -372,6 +370,10 @@ void GroupSolver::gather_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     delta_[row] = {{0, 0, 0}, 0, {0, 0, 0, 1}};
     if (row - 1 < body_count_) {
+      const BodyIndex ahead = body_[std::min(row + kPrefetch, body_count_)];
+      prefetch(step_->bodies->pose[ahead]);
+      prefetch(step_->bodies->motion[ahead]);
+      __builtin_prefetch(&step_->bodies->mass[ahead]);
       gather_body(row);
       continue;
     }
@@ -391,6 +393,12 @@ void GroupSolver::gather_kinematic(std::uint32_t row) {
   base_[row].orientation = to_float(start.orientation);
 }
 
+float GroupSolver::damping_factor(double damping) const {
+  if (damping == 0) return 1;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  return static_cast<float>(1 / (1 + h * damping));
+}
+
 void GroupSolver::gather_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   const Bodies& bodies = *step_->bodies;
@@ -400,8 +408,6 @@ void GroupSolver::gather_body(std::uint32_t row) {
   const BodyMass& mass = bodies.mass[index];
   const ExternalForce force =
       external_force(*step_, index, step_->time, pose.center, motion.linear, motion.angular);
-  const double h = step_->dt / step_->settings->solver.substeps;
-
   start_[row] = {to_float(motion.linear), 0, to_float(motion.angular), 0};
   velocity_[row] = start_[row];
   const Vec3 acceleration = force.force * mass.inv_mass;
@@ -431,8 +437,8 @@ void GroupSolver::gather_body(std::uint32_t row) {
     angular_acceleration = inverse * force.torque;
   }
   spin.angular_acceleration = to_float(angular_acceleration);
-  spin.linear_factor = static_cast<float>(1 / (1 + h * mass.linear_damping));
-  spin.angular_factor = static_cast<float>(1 / (1 + h * mass.angular_damping));
+  spin.linear_factor = damping_factor(mass.linear_damping);
+  spin.angular_factor = damping_factor(mass.angular_damping);
   spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
 
   ledger_[row] = {};

@@ -77,11 +77,6 @@ class GroupSolver final : public jobs::PhaseProgram {
     std::uint32_t manifold;
     ContactKind kind;
   };
-  // Where a body is in the group, and in the world.
-  struct Place {
-    std::uint32_t row;
-    const Vec3* center;
-  };
   struct alignas(64) Memory {
     std::byte bytes[64];
   };
@@ -89,9 +84,10 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_constants();
   void assign_rows();
   void collect_contacts();
-  Contact contact_between(const core::Manifold& manifold, const Place& a, const Place& b) const;
-  Place place_of(core::BodyIndex body);
-  std::uint32_t kinematic_row(core::BodyIndex body, std::uint32_t kinematic);
+  ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
+                      std::uint32_t row_b) const;
+  std::uint32_t row_of(core::BodyIndex body);
+  const Vec3& center_of(core::BodyIndex body) const;
   void bucket_contacts();
   void make_chunks();
   void list_phases();
@@ -100,6 +96,7 @@ class GroupSolver final : public jobs::PhaseProgram {
 
   void gather_rows(std::uint32_t begin, std::uint32_t end);
   void gather_body(std::uint32_t row);
+  float damping_factor(double damping) const;
   void gather_kinematic(std::uint32_t row);
   void prepare_chunk(const Chunk& chunk);
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
