@@ -121,6 +121,8 @@ ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t ke
   if ((a.flags | b.flags) & kIsMesh) pair.manifold_capacity = core::kMeshManifolds;
   if ((a.flags | b.flags) & kIsSensor) pair.flags |= core::kSensorPair;
   pair.first_manifold = core::take_manifolds(*step.contacts, pair.manifold_capacity);
+  core::set_materials(*step.contacts, pair, step.colliders->rows[pair.a],
+                      step.colliders->rows[pair.b]);
   return pair;
 }
 

@@ -428,8 +428,7 @@ void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& t
   check_finite("torque", torque);
   if (!world.bodies.is(body.index, core::kDynamic)) return;
   wake(world, body.index);
-  world.bodies.force[body.index].force += force;
-  world.bodies.force[body.index].torque += torque;
+  core::add_force(world.bodies, body.index, force, torque);
 }
 
 void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec3& offset) {
