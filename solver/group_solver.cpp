@@ -165,8 +165,8 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
   const auto locked = [this](std::uint32_t row) {
     return row - 1 < body_count_ && (step_->bodies->flags[body_[row]] & kLockMask) != 0;
   };
-  const bool full = manifold.restitution > 0 || manifold.rolling_resistance > 0 ||
-                    locked(row_a) || locked(row_b);
+  const bool full =
+      manifold.restitution > 0 || manifold.rolling_resistance > 0 || locked(row_a) || locked(row_b);
   const bool one = manifold.point_count <= 1;
   if (full) return one ? ContactKind::point1_full : ContactKind::points4_full;
   return one ? ContactKind::point1 : ContactKind::points4;
@@ -183,6 +183,7 @@ void GroupSolver::set_constants() {
   padded_rows_ = (row_count_ + kMaxWidth - 1) / kMaxWidth * kMaxWidth;
   grow(velocity_, padded_rows_);
   grow(start_, padded_rows_);
+  grow(forced_, padded_rows_);
   grow(delta_, padded_rows_);
   grow(mass_, padded_rows_);
   grow(base_, padded_rows_);
@@ -193,6 +194,7 @@ void GroupSolver::set_constants() {
   const double h = step_->dt / settings.substeps;
   pass_.velocity = velocity_.data();
   pass_.start = start_.data();
+  pass_.forced = forced_.data();
   pass_.delta = delta_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
@@ -255,7 +257,7 @@ void GroupSolver::make_chunks() {
 void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
-      op == Op::integrate_positions) {
+      op == Op::integrate_and_repeat || op == Op::integrate_positions) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare) {
     blocks = static_cast<std::uint32_t>(chunks_.size());
@@ -277,9 +279,12 @@ void GroupSolver::list_phases() {
   add_phase(Op::prepare);
   if (joints) add_phase(Op::prepare_joints);
   for (int i = 0; i < step_->settings->solver.substeps; ++i) {
-    add_phase(Op::integrate_velocities);
+    // The rows of contacts are the same in all substeps, so that impulses change the velocities
+    // alike. Those of joints turn with the bodies.
+    const bool repeats = i > 0 && !joints;
+    add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
     if (joints) add_phase(Op::warm_start_joints);
-    add_colours(Op::warm_start);
+    if (!repeats) add_colours(Op::warm_start);
     if (joints) add_phase(Op::solve_joints);
     add_colours(Op::solve);
     add_phase(Op::integrate_positions);
@@ -309,6 +314,8 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return gather_rows(begin, end);
     case Op::integrate_velocities:
       return kernels_->integrate_velocities(pass_, begin, end);
+    case Op::integrate_and_repeat:
+      return kernels_->integrate_and_repeat(pass_, begin, end);
     case Op::integrate_positions:
       return kernels_->integrate_positions(pass_, begin, end);
     case Op::finish:
