@@ -117,7 +117,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  bool has_bounces_ = false;
+  bool has_bounces_ = false, has_locks_ = false;
 
   std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;
