@@ -3,6 +3,7 @@
 
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
+#include "core/growth.h"
 
 namespace skerry::collision {
 namespace {
@@ -78,6 +79,7 @@ void ProxyBroadphase::find_parted(const StepContext& step) {
   parted_.clear();
   if (moved_.empty()) return;
   const auto end = static_cast<std::uint32_t>(partner_.size());
+  core::make_room(parted_, end + 1);
   parted_.resize(end + 1);
   std::uint32_t count = 0;
   for (std::uint32_t row = 0; row < end; ++row) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/assert.h"
+#include "core/growth.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
@@ -99,6 +100,7 @@ void GroupSolver::assign_rows() {
   first_joint_ = first.first_joint;
   joint_count_ = last.first_joint + last.joint_count - first_joint_;
   row_count_ = 1 + body_count_;
+  core::make_room(body_, row_count_);
   body_.resize(row_count_);
   body_[0] = kNone;
   has_locks_ = false;
@@ -218,7 +220,7 @@ void GroupSolver::set_constants() {
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
   const std::size_t buckets = std::size_t{colouring_.colours} * kContactKinds;
-  bucket_.assign(buckets + 1, 0);
+  core::refill(bucket_, buckets + 1, 0u);
   const auto key = [this](std::uint32_t contact) {
     return colouring_.colour[contact] * kContactKinds +
            static_cast<std::uint32_t>(contacts_[contact].kind);
@@ -230,7 +232,7 @@ void GroupSolver::bucket_contacts() {
     size = first;
     first += padded;
   }
-  lanes_.assign(first, kNone);
+  core::refill(lanes_, first, kNone);
   chunks_.clear();
   for (std::uint32_t i = 0; i < contact_count_; ++i) lanes_[bucket_[key(i)]++] = i;
 }
