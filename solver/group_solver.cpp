@@ -14,7 +14,7 @@ namespace {
 
 using namespace core;
 
-constexpr std::uint32_t kWideBlockGrain = 32;  // lane blocks per task of a wide island
+constexpr std::uint32_t kWideLaneGrain = 128;  // manifolds per task of a wide island: about 1 us
 constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
 constexpr std::uint32_t kUnbounded = 0x7fffffff;
 
@@ -80,7 +80,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   group_ = group;
   kernels_ = &kernels;
   const bool wide = group.kind == GroupKind::wide;
-  block_grain_ = wide ? kWideBlockGrain : kUnbounded;
+  block_grain_ = wide ? kWideLaneGrain / kernels.width : kUnbounded;
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
   collect_contacts();
@@ -103,7 +103,11 @@ void GroupSolver::assign_rows() {
   core::make_room(body_, row_count_);
   body_.resize(row_count_);
   body_[0] = kNone;
-  std::copy_n(islands.bodies.begin() + first_body_, body_count_, body_.begin() + 1);
+  has_locks_ = false;
+  for (std::uint32_t row = 1; row < row_count_; ++row) {
+    body_[row] = islands.bodies[first_body_ + row - 1];
+    has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+  }
   for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
   used_kinematics_.clear();
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
@@ -168,7 +172,7 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
     return row - 1 < body_count_ && (step_->bodies->flags[body_[row]] & kLockMask) != 0;
   };
   const bool full = manifold.restitution > 0 || manifold.rolling_resistance > 0 ||
-                    locked(row_a) || locked(row_b);
+                    (has_locks_ && (locked(row_a) || locked(row_b)));
   const bool one = manifold.point_count <= 1;
   if (full) return one ? ContactKind::point1_full : ContactKind::points4_full;
   return one ? ContactKind::point1 : ContactKind::points4;
@@ -185,6 +189,7 @@ void GroupSolver::set_constants() {
   padded_rows_ = (row_count_ + kMaxWidth - 1) / kMaxWidth * kMaxWidth;
   grow(velocity_, padded_rows_);
   grow(start_, padded_rows_);
+  grow(forced_, padded_rows_);
   grow(delta_, padded_rows_);
   grow(mass_, padded_rows_);
   grow(base_, padded_rows_);
@@ -195,6 +200,7 @@ void GroupSolver::set_constants() {
   const double h = step_->dt / settings.substeps;
   pass_.velocity = velocity_.data();
   pass_.start = start_.data();
+  pass_.forced = forced_.data();
   pass_.delta = delta_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
@@ -257,7 +263,7 @@ void GroupSolver::make_chunks() {
 void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
-      op == Op::integrate_positions) {
+      op == Op::integrate_and_repeat || op == Op::integrate_positions) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare) {
     blocks = static_cast<std::uint32_t>(chunks_.size());
@@ -279,9 +285,12 @@ void GroupSolver::list_phases() {
   add_phase(Op::prepare);
   if (joints) add_phase(Op::prepare_joints);
   for (int i = 0; i < step_->settings->solver.substeps; ++i) {
-    add_phase(Op::integrate_velocities);
+    // The rows of contacts are the same in all substeps, so that impulses change the velocities
+    // alike. Those of joints turn with the bodies.
+    const bool repeats = i > 0 && !joints;
+    add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
     if (joints) add_phase(Op::warm_start_joints);
-    add_colours(Op::warm_start);
+    if (!repeats) add_colours(Op::warm_start);
     if (joints) add_phase(Op::solve_joints);
     add_colours(Op::solve);
     add_phase(Op::integrate_positions);
@@ -311,6 +320,8 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return gather_rows(begin, end);
     case Op::integrate_velocities:
       return kernels_->integrate_velocities(pass_, begin, end);
+    case Op::integrate_and_repeat:
+      return kernels_->integrate_and_repeat(pass_, begin, end);
     case Op::integrate_positions:
       return kernels_->integrate_positions(pass_, begin, end);
     case Op::finish:

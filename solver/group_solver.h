@@ -36,6 +36,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     prepare,
     prepare_joints,
     integrate_velocities,
+    integrate_and_repeat,
     warm_start,
     warm_start_joints,
     solve,
@@ -70,7 +71,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     Vec3 linear;            // m/s after external forces
     Vec3 angular_momentum;  // likewise
     float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
-    bool from_rows;  // joints or damping: contacts alone do not account for the motion
+    bool from_rows;         // joints or damping: contacts alone do not account for the motion
   };
   struct Contact {
     double offset[3];  // m, centre of b from centre of a
@@ -116,9 +117,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  bool has_bounces_ = false;
+  bool has_bounces_ = false, has_locks_ = false;
 
-  std::vector<VelocityRow> velocity_, start_;
+  std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;
   std::vector<MassRow> mass_;
   std::vector<BaseRow> base_;

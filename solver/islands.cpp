@@ -247,6 +247,7 @@ class IslandBuilder {
     scratch_.groups.clear();
     IslandGroup open = {GroupKind::packed, 0, 0};
     std::uint64_t open_cost = 0;
+    bool open_jointed = false;
     const auto close = [&] {
       if (open.count > 0) scratch_.groups.push_back({open, open_cost});
       open_cost = 0;
@@ -259,7 +260,10 @@ class IslandBuilder {
         scratch_.groups.push_back({{GroupKind::wide, i, 1}, cost});
         continue;
       }
-      if (open_cost + cost > kGroupBytes) close();
+      // Islands with joints are warm started in another way: never in one group with the others.
+      const bool jointed = islands_.islands[i].joint_count > 0;
+      if (open_cost + cost > kGroupBytes || jointed != open_jointed) close();
+      open_jointed = jointed;
       if (open.count == 0) open.first = i;
       ++open.count;
       open_cost += cost;
