@@ -117,8 +117,11 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
 }
 
 void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scratch) {
-  PlacedPair placed = placed_pair(step, pair);
+  const PairFrame frame = pair_frame(step, pair);
+  if (out_of_reach(step, pair, frame)) return clear_contact(pair);
+  PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
+  placed.query.memory = &step.contacts->axis_memory[pair.first_manifold];
   const bool swap = placed.a.collider->type > placed.b.collider->type;
   if (swap) placed = swapped(placed);
   PatchSet patches;

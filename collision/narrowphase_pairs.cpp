@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "collision/polytope_lanes.h"
+
 namespace skerry::collision {
 
 using core::BodyMotion;
@@ -51,6 +53,7 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
     case ShapeType::ellipsoid:
       return offset + std::fmax(s.x, std::fmax(s.y, s.z));
     case ShapeType::hull:
+      return offset + collider.hull->lanes->view.radius;
     case ShapeType::mesh:
       return static_cast<float>(mass.radius);
     case ShapeType::plane:
@@ -103,6 +106,13 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
   return frame;
 }
 
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame) {
+  const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
+                      reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
+                     frame.margin;
+  return dot(frame.between, frame.between) > most * most;
+}
+
 namespace {
 
 using V3d = core::V3<double>;
@@ -133,8 +143,8 @@ float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const
 
 }  // namespace
 
-PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair) {
-  const PairFrame frame = pair_frame(step, pair);
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
+                       const PairFrame& frame) {
   PlacedPair placed;
   placed.a.collider = &step.colliders->rows[pair.a];
   placed.b.collider = &step.colliders->rows[pair.b];
