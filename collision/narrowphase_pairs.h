@@ -17,12 +17,16 @@ struct PairFrame {
 };
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair);
 
+// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame);
+
 // What pair_frame gives, with rotation matrices and, for planes, heights.
 struct PlacedPair {
   PlacedShape a, b;
   Query query;
 };
-PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair);
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
+                       const PairFrame& frame);
 
 // The same two seen from the other side: b first.
 PlacedPair swapped(const PlacedPair& pair);

@@ -27,6 +27,9 @@ enum class ShapeType : std::uint8_t {
 };
 inline constexpr int kShapeTypeCount = 9;
 
+// Rows of a hull for the separating-axis kernel; the collision room's business.
+struct HullLanes;
+
 // A convex polytope: outward faces with vertices counter-clockwise seen from outside, and half
 // edges. The frame's origin is that of the shape. Built by collision::build_hull.
 struct HullGeometry {
@@ -46,6 +49,7 @@ struct HullGeometry {
   std::vector<Edge> edges;  // each once, tail < head
   V3f center;               // m, of volume
   float inner_radius = 0;   // m, of the largest sphere about `center` inside
+  std::shared_ptr<const HullLanes> lanes;
 };
 
 // A triangle mesh with its bounding-volume tree. Built by collision::build_mesh; the tree's layout
