@@ -52,6 +52,7 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
       return offset + std::fmax(s.x, std::fmax(s.y, s.z));
     case ShapeType::hull:
     case ShapeType::mesh:
+    case ShapeType::height_field:
       return static_cast<float>(mass.radius);
     case ShapeType::plane:
       break;
