@@ -193,7 +193,10 @@ void weigh_triangle(const V3d& a, const V3d& b, const V3d& c, double (&w)[3]) {
   give(1 - (vb + vc) / sum, vb / sum, vc / sum);
 }
 
-// Weights of the nearest point; false if the origin is inside a tetrahedron.
+// A tetrahedron lower than this part of its size has no inside.
+constexpr double kFlat = 1e-13;
+
+// Weights of the nearest point; false if that is the origin itself, inside a tetrahedron.
 bool weigh(Simplex& s) {
   double w[3];
   const auto take = [&](int count) {
@@ -214,12 +217,18 @@ bool weigh(Simplex& s) {
       break;
   }
   static constexpr int kFaces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
-  double nearest = HUGE_VAL;
+  double nearest = HUGE_VAL, volume = 0;
+  double inside[4] = {};
   for (const auto& face : kFaces) {
     const V3d a = s.corner[face[0]].p, b = s.corner[face[1]].p, c = s.corner[face[2]].p;
     const V3d normal = cross(b - a, c - a);
     const double inner = dot(normal, s.corner[face[3]].p - a), origin = -dot(normal, a);
-    if (inner * origin > 0) continue;  // the origin is on the inner side of this face
+    // On the inner side of this face, as far as a tetrahedron this flat can tell.
+    if (inner * origin > 0 && std::abs(inner) > kFlat * length(normal) * length(a)) {
+      inside[face[3]] = origin / inner;
+      volume += inside[face[3]];
+      continue;
+    }
     weigh_triangle(a, b, c, w);
     const V3d p = (a * w[0] + b * w[1]) + c * w[2];
     if (dot(p, p) >= nearest) continue;
@@ -227,7 +236,14 @@ bool weigh(Simplex& s) {
     for (double& weight : s.weight) weight = 0;
     for (int i = 0; i < 3; ++i) s.weight[face[i]] = w[i];
   }
-  return nearest < HUGE_VAL;
+  if (nearest < HUGE_VAL) return true;
+  for (int i = 0; i < 4; ++i) s.weight[i] = inside[i] / volume;
+  return false;
+}
+
+// How far planes across n, a unit vector from a to b, part the two; negative if they do not.
+double plane_gap(const ConvexCore& a, const V3d& shift, const ConvexCore& b, const V3d& n) {
+  return dot(n, b.support(n * -1.0)) - dot(n, a.support(n) + shift);
 }
 
 // What rounding leaves of the difference of two points is about this part of their size.
@@ -243,24 +259,31 @@ CoreDistance core_distance(const ConvexCore& a, const V3d& shift, const ConvexCo
   Simplex simplex, last;
   V3d v = guess * -1.0;
   if (dot(v, v) == 0) v = {0, -1, 0};
-  double squared = HUGE_VAL;
+  double squared = HUGE_VAL, parted = 0;  // parted: proved distance, m
   for (int i = 0; i < kMaxSteps; ++i) {
     Corner w;
     w.a = a.support(v * -1.0) + shift;
     w.b = b.support(v);
     w.p = w.a - w.b;
     if (i > 0 && (squared - dot(v, w.p) <= kEnough * squared || simplex.has(w.p))) break;
+    parted = std::max(parted, dot(v, w.p) / length(v));
     last = simplex;
     simplex.corner[simplex.count++] = w;
-    if (!weigh(simplex)) return result;
+    const bool outside = weigh(simplex);
     simplex.drop_weightless();
     const V3d nearest = simplex.mean<&Corner::p>();
     const double now = dot(nearest, nearest);
     double size = 0;
     for (int k = 0; k < simplex.count; ++k)
       size = std::max(size, dot(simplex.corner[k].p, simplex.corner[k].p));
-    if (now <= kRounding * kRounding * size) return result;
-    if (now >= squared) {  // as near as rounding lets it get
+    const bool overlap = !outside || now <= kRounding * kRounding * size;
+    if (overlap && parted <= kRounding * std::sqrt(size)) {
+      result.a = simplex.mean<&Corner::a>();
+      result.b = simplex.mean<&Corner::b>();
+      return result;
+    }
+    // As near as rounding lets it get: slivers of curved shapes may even seem to hold the origin.
+    if (overlap || now >= squared) {
       simplex = last;
       break;
     }
@@ -271,49 +294,48 @@ CoreDistance core_distance(const ConvexCore& a, const V3d& shift, const ConvexCo
   result.normal = v * (-1 / result.distance);
   result.a = simplex.mean<&Corner::a>();
   result.b = simplex.mean<&Corner::b>();
-  result.gap = dot(result.normal, b.support(result.normal * -1.0)) -
-               dot(result.normal, a.support(result.normal) + shift);
+  result.gap = plane_gap(a, shift, b, result.normal);
   return result;
+}
+
+V3d common_point(const CoreDistance& found, double radius_a, double radius_b) {
+  const double radii = radius_a + radius_b;
+  if (found.distance >= radii) return found.b - found.normal * radius_b;
+  return found.a + found.normal * (found.distance * radius_a / radii);
 }
 
 Touching cast_core(const ConvexCore& a, const V3d& translation, double most, const ConvexCore& b) {
   constexpr int kMaxSteps = 128;
+  constexpr double kTouch = 1e-6;  // of the size: nearer than this is as good as touching,
+  constexpr double kBlur = 1e-10;  // and nearer than this there is nothing in between
   const double radii = a.radius + b.radius;
-  const double step_length = length(translation);
+  const double size = std::clamp(length(b.center - a.center) + radii, 1e-3, 1.0);
   Touching touching;
-  V3d normal{0, 0, 0};
-  V3d guess = b.center - a.center;
-  double t = 0, tolerance = 0;
+  V3d normal = b.center - a.center;
+  double t = 0;
   for (int i = 0; i < kMaxSteps; ++i) {
-    const CoreDistance now = core_distance(a, translation * t, b, guess);
-    const bool overlap = now.distance <= radii;
-    if (i == 0) {
-      // Nearer than this counts as touching: about a tenth of a micrometre at a metre.
-      tolerance = 1e-7 * (1e-2 + std::min(length(b.center - a.center), 1e6) + radii);
-      tolerance = std::min(tolerance, 1e-6);
-      if (overlap) {
-        touching.hit = touching.at_start = true;
-        touching.normal = translation * (-1 / step_length);
-        touching.point = now.distance > 0 ? now.b - now.normal * b.radius : now.b;
-        return touching;
-      }
+    const CoreDistance now = core_distance(a, translation * t, b, normal);
+    const double distance = now.distance - radii;
+    touching.point = common_point(now, a.radius, b.radius);
+    if (i == 0 && distance <= kBlur * size) {
+      touching.hit = touching.at_start = true;
+      touching.normal = translation * (-1 / length(translation));
+      return touching;
     }
-    if (now.distance > 0) {
-      normal = now.normal;
-      guess = now.normal;
-      touching.point = now.b - now.normal * b.radius;
-    }
+    // Where they touch, the planes across the last normal do: it was with them that a came here. The
+    // nearest points, by now too near each other, would tell it less well.
+    const bool touches = distance <= kTouch * size;
+    const double old_gap = plane_gap(a, translation * t, b, normal);
+    if (i == 0 || (!touches && now.gap > old_gap)) normal = now.normal;
     const double closing = dot(normal, translation);
-    if (overlap || now.distance - radii <= tolerance) {
-      if (closing <= 0) return touching;  // in touch, but on the way apart
+    if (closing <= 1e-14 * length(translation)) return touching;  // on the way apart
+    if (touches) {
       touching.normal = normal * -1.0;
-      touching.fraction = t + std::max(now.distance - radii, 0.0) / closing;
+      touching.fraction = t + std::max(distance, 0.0) / closing;
       touching.hit = touching.fraction <= most;
       return touching;
     }
-    if (closing <= 1e-14 * step_length) return touching;
-    const double ahead = std::max(now.gap - radii, 0.25 * tolerance) / closing;
-    t += ahead;
+    t += std::max(std::max(now.gap, old_gap) - radii, 0.25 * kTouch * size) / closing;
     if (t > most) return touching;
   }
   return touching;

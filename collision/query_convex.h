@@ -60,7 +60,8 @@ struct QueryConvex {
   Pose local;                            // of the shape frame in the frame that is asked with
 };
 
-// How two cores lie to each other. Of the nearest points, `a` and `b` are on the cores.
+// How two cores lie to each other. The nearest points `a` and `b` are on the cores; if those
+// overlap, both are a point that they have in common.
 struct CoreDistance {
   double distance = 0;  // m; 0: the cores overlap
   V3d a{0, 0, 0}, b{0, 0, 0};
@@ -72,6 +73,9 @@ struct CoreDistance {
 // complex objects" (1988), a moved by `shift`. `guess` (any length, may be zero) points from a to b.
 CoreDistance core_distance(const ConvexCore& a, const V3d& shift, const ConvexCore& b,
                            const V3d& guess);
+
+// A point that two shapes have in common, their balls counted; if they are apart, b's nearest.
+V3d common_point(const CoreDistance& found, double radius_a, double radius_b);
 
 struct Touching {
   bool hit = false;

@@ -40,8 +40,8 @@ QueryScene::RowDistance QueryScene::row_distance(const Row& row, const ConvexCor
     const double distance = found.distance - (core.radius + other_radius);
     out.distance = std::max(distance, 0.0);
     const V3d n = found.normal;
-    out.on_core = found.a + n * core.radius;
-    out.on_row = distance > 0 ? found.b - n * other_radius : out.on_core;
+    out.on_row = common_point(found, core.radius, other_radius);
+    out.on_core = distance > 0 ? found.a + n * core.radius : out.on_row;
     out.normal = distance > 0 ? n * -1.0 : V3d{0, 0, 0};
   };
   if (row.collider.type < ShapeType::plane) {

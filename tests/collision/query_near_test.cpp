@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/vec.h"
 #include "tests/collision/query_oracle.h"
 #include "tests/collision/query_random.h"
 
@@ -95,7 +96,7 @@ TEST(Closest, OfAPointAndASurfaceIsTheNearestOfAllTriangles) {
                         .orientation = pose.orientation});
   std::vector<Vec3> placed;
   for (const Vec3& v : mesh->vertices)
-    placed.push_back(pose.orientation * Vec3(v.cast<float>().cast<double>()) + pose.position);
+    placed.push_back(pose.orientation * core::to_double(core::to_float(v)) + pose.position);
   for (int i = 0; i < 500; ++i) {
     const Vec3 point = pose.position + random.vector(8);
     double best = 1e300;

@@ -200,7 +200,7 @@ TEST(QueriesStdThread, BesideStepsOfACallerSeeWholeSteps) {
   const pipeline::ExecutorOverride std_threads([](const WorldSettings&) {
     return jobs::make_executor(jobs::ExecutorKind::threads, {.workers = 2});
   });
-  World world({.mode = ThreadingMode::job_system});
+  World world({.gravity = {0, -0.01, 0}, .mode = ThreadingMode::job_system});
   for (const double x : {0.0, 5.0})
     world.add_body({.shapes = {Sphere{0.5}}, .position = {x, 90, 0}, .allow_sleep = false});
   world.queries();
@@ -213,7 +213,7 @@ TEST(QueriesStdThread, BesideStepsOfACallerSeeWholeSteps) {
     while (!stop)
       for (const auto& hit : world.ray_cast_batch(rays)) EXPECT_TRUE(hit);
   });
-  for (int i = 0; i < 150; ++i) world.step(1.0 / 240);
+  for (int i = 0; i < 150 || asked < 100; ++i) world.step(1.0 / 240);
   stop = true;
   for (std::thread& thread : threads) thread.join();
   EXPECT_GT(asked.load(), 0);
