@@ -105,10 +105,10 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
   if (const Kernel kernel = kKernels(type_a, type_b)) {
     patches.count = 1;
     kernel(a, b, placed.query, patches.patch[0]);
-  } else if (type_b == ShapeType::mesh) {
-    if (type_a == ShapeType::plane)
+  } else if (core::is_surface(type_b)) {
+    if (type_a == ShapeType::plane && type_b == ShapeType::mesh)
       plane_mesh(a, b, placed.query, scratch.mesh, patches);
-    else if (type_a != ShapeType::mesh)
+    else if (type_a < ShapeType::plane)
       convex_mesh(a, b, placed.query, scratch.mesh, patches);
   } else if (type_a != ShapeType::plane) {
     patches.count = 1;

@@ -96,6 +96,7 @@ class Core {
       case ShapeType::sphere:
       case ShapeType::plane:
       case ShapeType::mesh:
+      case ShapeType::height_field:
         break;
     }
     return center_ + ((x_ * p.x + y_ * p.y) + z_ * p.z);

@@ -58,6 +58,7 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
     case ShapeType::hull:
       return offset + collider.hull->lanes->view.radius;
     case ShapeType::mesh:
+    case ShapeType::height_field:
       return static_cast<float>(mass.radius);
     case ShapeType::plane:
       break;

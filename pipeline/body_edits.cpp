@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/geometry_build.h"
+#include "collision/height_field.h"
 #include "core/mass_properties.h"
 #include "core/trig.h"
 #include "pipeline/edge_checks.h"
@@ -117,6 +118,18 @@ struct ShapeBuilder {
     basic(ShapeType::mesh, floats(0, 0, 0), radius, needs_mass ? solid_mass(s) : MassProperties{});
     out.collider.mesh = mesh.get();
     out.geometry = std::move(mesh);
+  }
+  void operator()(const HeightField& s) const {
+    std::shared_ptr<const core::HeightFieldGeometry> height_field;
+    try {
+      height_field = world.geometry.height_field(s.data, s.scale);
+    } catch (const std::invalid_argument& error) {
+      throw InputError(field + ".data", field + ".data: " + error.what());
+    }
+    basic(ShapeType::height_field, floats(0, 0, 0), double(collision::field_radius(*height_field)),
+          {});
+    out.collider.field = height_field.get();
+    out.geometry = std::move(height_field);
   }
   MassProperties solid_mass(const TriangleMesh& s) const {
     if (const std::string defect = collision::solid_defect(*s.data); !defect.empty()) {
@@ -353,6 +366,7 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
   if (body.type == BodyType::dynamic && !body.awake && body.allow_sleep) {
     solver::put_to_sleep(bodies, world.sleepers, {&row, 1});
   }
+  world.queries.note(row, QueryPictures::Edit::shapes);
   return bodies.id(row);
 }
 
@@ -376,6 +390,7 @@ void remove_body(WorldData& world, BodyId body) {
     insert_descending(world.colliders.free_rows, c);
   });
   core::free_row(world.bodies, row);
+  world.queries.note(row, QueryPictures::Edit::shapes);
   world.bodies.awake_stale = true;
   world.rows_stale = true;
 }
@@ -393,6 +408,7 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
                    bodies.motion[body.index].angular);
   wake(world, body.index);
   touch_all_colliders(world, body.index);
+  world.queries.note(body.index, QueryPictures::Edit::pose);
   if (!world.rows_stale) world.transforms[world.row_of[body.index]] = pose;
 }
 

@@ -93,20 +93,7 @@ void write_transform(WorldData& world, BodyIndex body) {
 }  // namespace
 
 void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
-  const core::Islands& islands = world.islands;
-  for (std::uint32_t g = groups.begin; g < groups.end; ++g) {
-    const core::IslandGroup& group = islands.groups[g];
-    for (std::uint32_t i = group.first; i < group.first + group.count; ++i) {
-      if (group.kind == core::GroupKind::free) {
-        write_transform(world, islands.free_bodies[i]);
-        continue;
-      }
-      const core::Island& island = islands.islands[i];
-      for (std::uint32_t b = 0; b < island.body_count; ++b) {
-        write_transform(world, islands.bodies[island.first_body + b]);
-      }
-    }
-  }
+  for_each_simulated(world, groups, [&](BodyIndex body) { write_transform(world, body); });
 }
 
 void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {
@@ -121,6 +108,7 @@ void publish(WorldData& world, jobs::IndexRange, jobs::Task&) {
   write_changed(world);
   world.snapshots.publish(world.step_count + 1, world.time + world.context.dt, world.ids,
                           world.transforms);
+  world.queries.publish(world);
 }
 
 }  // namespace skerry::pipeline

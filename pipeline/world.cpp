@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <utility>
+
+#include <skerry/jobs/parallel_for.h>
+
 #include "pipeline/body_edits.h"
 #include "pipeline/edge_checks.h"
 #include "pipeline/measure.h"
@@ -95,13 +98,19 @@ void World::Impl::begin(double dt) {
   report.warnings.clear();
   context.dt = dt;
   context.time = time;
+  queries.begin_step(*this);
   in_flight = true;
   executor->begin(graph, static_cast<pipeline::WorldData*>(this), {.stop = {}, .report = &run});
 }
 
 void World::Impl::end() {
   in_flight = false;
-  executor->end();
+  try {
+    executor->end();
+  } catch (...) {
+    queries.end_step(false);
+    throw;
+  }
   ++step_count;
   time += context.dt;
   report.step = step_count;
@@ -109,6 +118,7 @@ void World::Impl::end() {
   report.time = time;
   fill_times(run, report);
   fill_counts(*this, report);
+  queries.end_step(true);
 }
 
 void World::Impl::make_step(double dt) {
@@ -305,6 +315,7 @@ PendingStep World::begin_step(double dt) {
   } catch (...) {
     impl_->activity = Activity::idle;
     impl_->in_flight = false;
+    impl_->queries.end_step(false);
     throw;
   }
   return PendingStep(impl_->step_count + 1);
@@ -367,6 +378,7 @@ void World::start() {
   if (impl_->snapshots.want()) {
     impl_->snapshots.publish(impl_->step_count, impl_->time, impl_->ids, impl_->transforms);
   }
+  impl_->queries.want();
   impl_->activity = Activity::running;
   impl_->thread->start(impl_->time);
 }
@@ -397,6 +409,103 @@ Snapshot World::latest(SnapshotView view) {
 }
 
 std::uint64_t World::dropped_steps() const { return impl_->thread ? impl_->thread->dropped() : 0; }
+
+// -- Queries ----------------------------------------------------------------------------------------
+
+namespace {
+
+// ask(i) for all i below count, by the world's workers if they are free.
+template <class Ask>
+void ask_all(pipeline::WorldData& world, std::size_t count, const Ask& ask) {
+  constexpr std::uint32_t kChunk = 64;  // some 50 us of rays
+  if (count > kChunk) {
+    const pipeline::QueryPictures::Turn turn(world.queries);
+    if (turn.got_it()) {
+      jobs::parallel_for(
+          *world.executor, static_cast<std::uint32_t>(count), kChunk,
+          [&ask](jobs::IndexRange range, jobs::Task&) {
+            for (std::uint32_t i = range.begin; i < range.end; ++i) ask(i);
+          },
+          "queries");
+      return;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) ask(i);
+}
+
+// Checks all of a batch; what is refused is named with its row.
+template <class Query>
+void check_all(const char* list, std::span<const Query> batch, void (*check)(const Query&)) {
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    try {
+      check(batch[i]);
+    } catch (const InputError& error) {
+      const std::string row = std::string(list) + "[" + std::to_string(i) + "].";
+      throw InputError(row + error.field(), row + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+QueryView World::queries() const { return QueryView(impl_->queries.newest(*impl_)); }
+
+std::optional<CastHit> World::ray_cast(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_cast(ray, filter);
+}
+std::vector<CastHit> World::ray_cast_all(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_cast_all(ray, filter);
+}
+bool World::ray_hits(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_hits(ray, filter);
+}
+std::optional<CastHit> World::shape_cast(const ShapeCast& cast, const QueryFilter& filter) const {
+  return queries().shape_cast(cast, filter);
+}
+std::vector<CastHit> World::shape_cast_all(const ShapeCast& cast, const QueryFilter& filter) const {
+  return queries().shape_cast_all(cast, filter);
+}
+std::vector<OverlapHit> World::overlap(const QueryShape& shape, const Pose& pose,
+                                       const QueryFilter& filter) const {
+  return queries().overlap(shape, pose, filter);
+}
+std::optional<ClosestHit> World::closest(const Vec3& point, double max_distance,
+                                         const QueryFilter& filter) const {
+  return queries().closest(point, max_distance, filter);
+}
+std::optional<ClosestHit> World::closest(const QueryShape& shape, const Pose& pose,
+                                         double max_distance, const QueryFilter& filter) const {
+  return queries().closest(shape, pose, max_distance, filter);
+}
+std::vector<ClosestHit> World::closest_all(const Vec3& point, double max_distance,
+                                           const QueryFilter& filter) const {
+  return queries().closest_all(point, max_distance, filter);
+}
+std::vector<ClosestHit> World::closest_all(const QueryShape& shape, const Pose& pose,
+                                           double max_distance, const QueryFilter& filter) const {
+  return queries().closest_all(shape, pose, max_distance, filter);
+}
+std::optional<BodyDistance> World::distance(BodyId a, BodyId b, double max_distance) const {
+  return queries().distance(a, b, max_distance);
+}
+
+std::vector<std::optional<CastHit>> World::ray_cast_batch(std::span<const RayCast> rays,
+                                                          const QueryFilter& filter) const {
+  check_all("rays", rays, pipeline::check_ray);
+  const QueryView view = queries();
+  std::vector<std::optional<CastHit>> hits(rays.size());
+  ask_all(*impl_, rays.size(), [&](std::size_t i) { hits[i] = view.ray_cast(rays[i], filter); });
+  return hits;
+}
+std::vector<std::optional<CastHit>> World::shape_cast_batch(std::span<const ShapeCast> casts,
+                                                            const QueryFilter& filter) const {
+  check_all("casts", casts, pipeline::check_cast);
+  const QueryView view = queries();
+  std::vector<std::optional<CastHit>> hits(casts.size());
+  ask_all(*impl_, casts.size(),
+          [&](std::size_t i) { hits[i] = view.shape_cast(casts[i], filter); });
+  return hits;
+}
 
 // -- Out --------------------------------------------------------------------------------------------
 
