@@ -33,6 +33,8 @@ enum BodyFlag : std::uint32_t {
   kLockRy = 1u << 12,
   kLockRz = 1u << 13,
   kLockMask = 0x3fu << 8,
+  kContinuous = 1u << 14,  // dynamic, and swept when fast (core/fast_bodies.h)
+  kFast = 1u << 15,        // moved so far in the last step that it was swept
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -54,6 +56,8 @@ struct BodyMass {
   Mat3 inv_inertia_b = Mat3::Zero();  // its inverse
   Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
   double radius = 0;                  // m, of the sphere about the centre that holds all shapes
+  double inner_radius = 0;            // m, of the smallest ball inside one of the solid shapes
+  double turn_radius = 0;             // m, how far a turn by one radian can move a point of them
   double gravity_scale = 1;
   double linear_damping = 0;   // 1/s
   double angular_damping = 0;  // 1/s

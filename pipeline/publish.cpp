@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "pipeline/world_data.h"
+#include "solver/stop_at_impact.h"
 
 namespace skerry::pipeline {
 namespace {
@@ -106,6 +107,14 @@ void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
         write_transform(world, islands.bodies[island.first_body + b]);
       }
     }
+  }
+}
+
+void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task&) {
+  collision::order_impacts(world.context);
+  for (const BodyIndex body : world.fast.stopped) {
+    solver::stop_at_impact(world.context, body);
+    write_transform(world, body);
   }
 }
 

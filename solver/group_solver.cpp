@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/assert.h"
+#include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
@@ -413,7 +414,10 @@ void GroupSolver::gather_body(std::uint32_t row) {
   spin.angular_acceleration = to_float(angular_acceleration);
   spin.linear_factor = static_cast<float>(1 / (1 + h * mass.linear_damping));
   spin.angular_factor = static_cast<float>(1 / (1 + h * mass.angular_damping));
-  spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
+  // What turns so far in a step turns exactly, after its impacts (FastWatch).
+  const bool turns_later =
+      (flags & kContinuous) && motion.angular.norm() * step_->dt > kLargeTurn;
+  spin.gyroscopic = isotropic || turns_later || (flags & kLockMask) ? 0.0f : 1.0f;
 
   Ledger& ledger = ledger_[row];
   ledger.linear = motion.linear + acceleration * step_->dt;
@@ -531,10 +535,13 @@ void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::
 void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
     const Ledger& ledger = ledger_[row];
+    FastWatch watch(*step_, body_[row]);
     if (!ledger.pushed && !ledger.from_rows) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
+      watch.finish(FastFlight::free);
     } else {
       finish_body(row);
+      watch.finish(ledger.from_rows ? FastFlight::joined : FastFlight::pushed);
     }
   }
 }
