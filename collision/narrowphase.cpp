@@ -130,6 +130,7 @@ void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scr
     for (std::uint32_t i = 0; i < patches.count; ++i)
       patches.patch[i].normal = -patches.patch[i].normal;
   pair.cache = placed.query.cache;
+  drop_foreseen(patches, placed.query.touch, placed.query.dt, linear, angular);
   store_patches(*step.contacts, pair, patches, linear, angular);
 }
 
@@ -181,6 +182,7 @@ void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
                                    static_cast<std::uint32_t>(feature)};
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
+  drop_foreseen(patches, frame.touch, frame.dt, frame.linear, frame.angular);
   store_patches(*step.contacts, pair, patches, frame.linear, frame.angular);
 }
 

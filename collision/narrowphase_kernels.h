@@ -49,6 +49,7 @@ struct Query {
   float dt = 0;                         // s
   float slop = kSpeculativeDistance;    // m: gap at the end of the step up to which a point counts
   float margin = kSpeculativeDistance;  // m: gap beyond which no point can close to `slop`
+  float touch = 3e38f;                  // m: gap up to which a fast pair touches; else no limit
   std::uint32_t cache = 0;              // ContactPair::cache
   core::AxisMemory* memory = nullptr;   // of two polytopes; null: `cache` must be 0
 

@@ -21,6 +21,8 @@ using core::to_float;
 
 namespace {
 
+constexpr float kNoTouch = 3e38f;
+
 Q4f product(const Q4f& a, const Q4f& b) {
   return {((a.w * b.x + a.x * b.w) + a.y * b.z) - a.z * b.y,
           ((a.w * b.y - a.x * b.z) + a.y * b.w) + a.z * b.x,
@@ -77,6 +79,24 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
 }
 
+// See Query::touch.
+float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
+  const core::Bodies& bodies = *step.bodies;
+  bool fast = false;
+  for (const core::BodyIndex body : {pair.body_a, pair.body_b}) {
+    const std::uint32_t flags = bodies.flags[body];
+    if (!(flags & (core::kContinuous | core::kKinematic)) || !(flags & core::kAwake)) continue;
+    if (!core::moves_fast(bodies, body, step.dt)) continue;
+    if (flags & core::kKinematic) return kNoTouch;  // it will not stop for anybody
+    fast = true;
+  }
+  if (!fast) return kNoTouch;
+  const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
+  const bool plane = step.colliders->rows[pair.a].type == ShapeType::plane ||
+                     step.colliders->rows[pair.b].type == ShapeType::plane;
+  return static_cast<float>(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
+}
+
 }  // namespace
 
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
@@ -98,6 +118,7 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
 
   frame.linear = frame.angular = {0, 0, 0};
   frame.slop = frame.margin = frame.dt = 0;
+  frame.touch = kNoTouch;
   if (pair.flags & core::kSensorPair) return frame;
   const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
   const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
@@ -107,6 +128,7 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
   frame.angular = difference(motion_b.angular, motion_a.angular);
   frame.slop = kSpeculativeDistance;
   frame.margin = kSpeculativeDistance + frame.dt * closing_bound(step, pair, relative);
+  if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
   return frame;
 }
 
@@ -167,6 +189,7 @@ PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
   placed.query.dt = frame.dt;
   placed.query.slop = frame.slop;
   placed.query.margin = frame.margin;
+  placed.query.touch = frame.touch;
   placed.query.cache = pair.cache;
   return placed;
 }
@@ -298,6 +321,22 @@ bool overlaps(const PatchSet& patches) {
 void clear_contact(core::ContactPair& pair) {
   mark(pair, false);
   pair.manifold_count = 0;
+}
+
+void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
+                   const V3f& angular) {
+  if (touch == kNoTouch) return;
+  for (std::uint32_t i = 0; i < patches.count; ++i) {
+    ContactPatch& patch = patches.patch[i];
+    std::uint32_t kept = 0;
+    for (std::uint32_t k = 0; k < patch.count; ++k) {
+      const ContactPoint& point = patch.points[k];
+      const float vn = dot(patch.normal, linear + cross(angular, point.position));
+      if (point.separation <= touch || -vn * dt <= kSpeculativeDistance)
+        patch.points[kept++] = point;
+    }
+    patch.count = kept;
+  }
 }
 
 void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,

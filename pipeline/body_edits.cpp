@@ -5,6 +5,7 @@
 
 #include "collision/geometry_build.h"
 #include "collision/height_field.h"
+#include "collision/time_of_impact.h"
 #include "core/mass_properties.h"
 #include "core/trig.h"
 #include "pipeline/edge_checks.h"
@@ -208,18 +209,37 @@ bool isotropic(const Mat3& inertia) {
   return (inertia - mean * Mat3::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * mean;
 }
 
-std::uint32_t body_flags(const BodyDesc& body, const MassProperties& mass) {
+std::uint32_t body_flags(const WorldSettings& settings, const BodyDesc& body,
+                         const MassProperties& mass) {
   std::uint32_t flags = core::kAlive;
   if (body.allow_sleep) flags |= core::kAllowSleep;
   if (body.type == BodyType::kinematic) flags |= core::kKinematic;
   if (body.type != BodyType::dynamic) return flags;
   flags |= core::kDynamic;
+  if (settings.continuous && body.continuous == ContinuousCollision::automatic)
+    flags |= core::kContinuous;
   if (isotropic(mass.inertia)) flags |= core::kIsotropic;
   for (std::uint32_t i = 0; i < 3; ++i) {
     if (body.locks.translation[i]) flags |= core::kLockX << i;
     if (body.locks.rotation[i]) flags |= core::kLockRx << i;
   }
   return flags;
+}
+
+// Over the shapes that can touch.
+void set_inner_radius(core::BodyMass& row, const BodyDesc& body,
+                      const std::vector<BuiltShape>& shapes) {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const Collider& c = shapes[i].collider;
+    if (c.sensor || c.type == ShapeType::plane) continue;
+    const double inner = collision::inner_radius(c);
+    row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
+    const double offset = (body.shapes[i].options.local_pose.position - row.local_center).norm();
+    const double turning = c.type == ShapeType::sphere    ? 0
+                           : c.type == ShapeType::capsule ? double(c.size.y)
+                                                          : shapes[i].radius;
+    row.turn_radius = std::max(row.turn_radius, offset + turning);
+  }
 }
 
 core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
@@ -230,6 +250,7 @@ core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
     const double offset = (body.shapes[i].options.local_pose.position - mass.center).norm();
     row.radius = std::max(row.radius, offset + shapes[i].radius);
   }
+  set_inner_radius(row, body, shapes);
   row.gravity_scale = body.gravity_scale;
   row.linear_damping = body.linear_damping;
   row.angular_damping = body.angular_damping;
@@ -352,7 +373,7 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
 
   core::Bodies& bodies = world.bodies;
   const BodyIndex row = core::take_row(bodies);
-  bodies.flags[row] = body_flags(body, mass);
+  bodies.flags[row] = body_flags(world.settings, body, mass);
   bodies.mass[row] = mass_row(body, mass, shapes);
   bodies.pose[row] =
       core::center_frame({body.position, body.orientation.normalized()}, mass.center);

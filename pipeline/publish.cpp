@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "pipeline/world_data.h"
+#include "solver/stop_at_impact.h"
 
 namespace skerry::pipeline {
 namespace {
@@ -94,6 +95,14 @@ void write_transform(WorldData& world, BodyIndex body) {
 
 void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
   for_each_simulated(world, groups, [&](BodyIndex body) { write_transform(world, body); });
+}
+
+void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task&) {
+  collision::order_impacts(world.context);
+  for (const BodyIndex body : world.fast.stopped) {
+    solver::stop_at_impact(world.context, body);
+    write_transform(world, body);
+  }
 }
 
 void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {

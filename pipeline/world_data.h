@@ -10,6 +10,7 @@
 #include <skerry/world.h>
 
 #include "collision/broadphase.h"
+#include "collision/continuous.h"
 #include "collision/narrowphase.h"
 #include "core/step_context.h"
 #include "pipeline/geometry_cache.h"
@@ -38,12 +39,14 @@ struct WorldData {
   core::ForceFields fields;
   core::Islands islands;
   core::Sleepers sleepers;
+  core::FastBodies fast;
   core::CallbackErrors callback_errors;
   GeometryCache geometry;
 
   std::unique_ptr<jobs::Executor> executor;
   std::unique_ptr<collision::Broadphase> broadphase;
   collision::NarrowphaseScratchPtr narrowphase;
+  collision::ContinuousScratchPtr continuous;
   solver::SolverScratchPtr solver;
 
   core::StepContext context;  // of the step in progress

@@ -5,6 +5,7 @@
 
 #include "core/assert.h"
 #include "core/growth.h"
+#include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
@@ -452,7 +453,10 @@ void GroupSolver::gather_body(std::uint32_t row) {
   spin.angular_acceleration = to_float(angular_acceleration);
   spin.linear_factor = damping_factor(mass.linear_damping);
   spin.angular_factor = damping_factor(mass.angular_damping);
-  spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
+  // What turns so far in a step turns exactly, after its impacts (FastWatch).
+  const bool turns_later =
+      (flags & kContinuous) && motion.angular.norm() * step_->dt > kLargeTurn;
+  spin.gyroscopic = isotropic || turns_later || (flags & kLockMask) ? 0.0f : 1.0f;
 
   ledger_[row] = {};
   Outlook& outlook = outlook_[row];
@@ -549,10 +553,14 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
 
 void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
-    if (!ledger_[row].pushed && !outlook_[row].from_rows) {
+    FastWatch watch(*step_, body_[row]);
+    const bool from_rows = outlook_[row].from_rows;
+    if (!ledger_[row].pushed && !from_rows) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
+      watch.finish(FastFlight::free);
     } else {
       finish_body(row);
+      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
     }
   }
 }

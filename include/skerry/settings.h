@@ -71,6 +71,7 @@ struct WorldSettings {
   SleepSettings sleep = {};
   Integrator integrator = Integrator::exact;
   BroadphaseKind broadphase = BroadphaseKind::tree;
+  bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
   bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
 };
