@@ -104,7 +104,7 @@ jobs::TaskGraph describe_step() {
   stage("finalise_bodies",  Per::island_group,   room<solver::finalise_bodies>,      {poses, velocities},                           {forces, islands});
   stage("write_transforms", Per::island_group,   own<write_transforms>,              {poses, masses, islands},                      {transforms});
   stage("sleep",            Per::step,           room<solver::update_sleep>,         {islands},                                     {awake_set, velocities});
-  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, awake_set},      {events, snapshot, pairs});
+  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, islands},        {events, snapshot, pairs, joints, awake_set, velocities});
   // clang-format on
   return graph;
 }
