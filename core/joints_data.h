@@ -26,7 +26,7 @@ struct DrivenAxis {
 struct Joint {
   bool alive = false;
   bool collide = false;
-  bool broken = false;       // carried more than it can in this step
+  bool broken = false;  // carried more than it can in this step
   std::uint8_t lock_count = 0;
   BodyIndex a = kNone, b = kNone;  // kNone: the world frame
   std::uint32_t generation = 0;

@@ -113,8 +113,8 @@ class JointMaker {
     axis(twist,
          {joint.lower_twist, joint.upper_twist, joint.limit_frequency, joint.limit_damping_ratio},
          joint.twist);
-    axis(swing,
-         {std::nullopt, joint.swing_limit, joint.limit_frequency, joint.limit_damping_ratio}, {});
+    axis(swing, {std::nullopt, joint.swing_limit, joint.limit_frequency, joint.limit_damping_ratio},
+         {});
   }
   void operator()(const SixDofJoint& joint) {
     common(joint, joint.anchor);
@@ -207,8 +207,7 @@ Joint make_joint(const WorldData& world, const JointDesc& desc) {
   return std::move(maker.row);
 }
 
-void check_limits(const std::string& field, JointCoordinate coordinate,
-                  const JointLimits& limits) {
+void check_limits(const std::string& field, JointCoordinate coordinate, const JointLimits& limits) {
   check_bounds(field + ".lower", field + ".upper", limits.lower, limits.upper);
   check_not_negative(field + ".frequency", limits.frequency);
   check_not_negative(field + ".damping_ratio", limits.damping_ratio);

@@ -251,7 +251,8 @@ void ItemExpander::join(const JsonNode& list, const Pose& frame, const Scope& sc
     if (joint.a == joint.b) node->find("b")->fail("joins the body to itself");
     std::visit(
         [&](auto& desc) {
-          if constexpr (requires { desc.anchor; }) desc.anchor = transformed(frame, read_vec3(*node->find("anchor")));
+          if constexpr (requires { desc.anchor; })
+            desc.anchor = transformed(frame, read_vec3(*node->find("anchor")));
           if_given(*node, "collide", [&](const JsonNode& n) { desc.collide = read_bool(n); });
         },
         joint.joint);

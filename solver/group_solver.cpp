@@ -468,6 +468,10 @@ void GroupSolver::gather_body(std::uint32_t row) {
   ledger.from_rows = mass.linear_damping > 0 || mass.angular_damping > 0;
   if (!joints_.empty() && joints_.bodies.owns(row)) {
     joints_.bodies.gather(*step_, row, index, force);
+    const Sym3d& inverse = joints_.bodies.at(row).inv_inertia;
+    m.inv_inertia = {static_cast<float>(inverse.xx), static_cast<float>(inverse.xy),
+                     static_cast<float>(inverse.xz), static_cast<float>(inverse.yy),
+                     static_cast<float>(inverse.yz), static_cast<float>(inverse.zz)};
   }
 }
 

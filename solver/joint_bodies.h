@@ -22,8 +22,12 @@ namespace skerry::solver {
 struct JointBody {
   V3d linear, angular;  // m/s, rad/s, world
   V3d inv_mass;         // 1/kg per axis
-  Sym3d inv_inertia;    // world, at the present pose; locked axes cleared
+  Sym3d inv_inertia;    // response to impulses, world, at the present pose; locked axes cleared
   JointPose pose;
+};
+
+struct JointVelocity {
+  V3d linear, angular;
 };
 
 class JointBodies {
@@ -40,6 +44,10 @@ class JointBodies {
   bool smooth(std::uint32_t row) const { return moves_[row].smooth; }
   bool any_smooth() const { return any_smooth_; }
 
+  // Joints pull at the body's arms so that they resist turning (N m/rad, world). Where that is faster
+  // than substeps can follow, the body answers impulses with more inertia than it has; its spin is
+  // then not conserved. Before gather.
+  void add_stiffness(std::uint32_t row, const Sym3d& stiffness);
   void gather(const core::StepContext& step, std::uint32_t row, core::BodyIndex body,
               const ExternalForce& force);
   void gather_kinematic(std::uint32_t row, const JointPose& pose, const V3d& linear,
@@ -61,7 +69,10 @@ class JointBodies {
     if (solved(row)) absorb(row);
     return bodies_[row];
   }
+  const JointVelocity& before_kick(std::uint32_t row) const { return before_[row]; }
   const JointBody& at(std::uint32_t row) const { return bodies_[row]; }
+  // Where the body would be after another drift.
+  JointPose pose_after(std::uint32_t row, double h);
   void store(std::uint32_t row, const V3d& linear, const V3d& angular) {
     if (!solved(row)) return;
     bodies_[row].linear = linear;
@@ -73,21 +84,27 @@ class JointBodies {
   // What moves a body and how it turns.
   struct Move {
     Sym3d inertia_b, inv_inertia_b;
+    Sym3d stiffness;
+    Sym3d response_b;  // inverse inertia, with what stiffness adds
     V3d acceleration, torque;
     double linear_damping, angular_damping;
     JointPose start;
     bool owned = false, smooth = false;
     bool spins;      // turning changes its angular velocity
     bool isotropic;  // and not even its inverse inertia
+    bool stiff;
     std::uint32_t locks;
     const core::BodyMass* mass;
   };
   void absorb(std::uint32_t row);
   void publish(std::uint32_t row);
-  void turn(JointBody& body, const Move& move, double h);
+  void stiffen(std::uint32_t row, double h);
+  static void turn(JointBody& body, const Move& move, double h);
 
   std::vector<JointBody> bodies_;
+  std::vector<JointVelocity> before_;  // the latest kick
   std::vector<Move> moves_;
+  std::vector<VelocityRow> published_;  // as written to velocity_ last
   VelocityRow* velocity_ = nullptr;
   DeltaRow* delta_ = nullptr;
   std::uint32_t dynamic_end_ = 1;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/trig.h"
+
 namespace skerry::solver {
 namespace {
 
@@ -32,6 +34,12 @@ void apply(const JointRow& row, double impulse, Side& a, Side& b) {
   b.linear = b.linear + scaled(b.inv_mass, push);
   a.angular = a.angular - a.inv_inertia * (row.angular_a * impulse);
   b.angular = b.angular + b.inv_inertia * (row.angular_b * impulse);
+}
+
+double rate_before(const JointBodies& bodies, const JointConstraint& c, const JointRow& row) {
+  const JointVelocity &a = bodies.before_kick(c.row_a), &b = bodies.before_kick(c.row_b);
+  return dot(row.linear, b.linear - a.linear) +
+         (dot(row.angular_b, b.angular) - dot(row.angular_a, a.angular));
 }
 
 // A row times the inverse mass of both bodies.
@@ -90,35 +98,57 @@ Drift drift_of(const JointGeometry& g, const JointBody& a, const JointBody& b, d
   d.velocity = (b.linear + cross(b.angular, g.arm_b)) - (a.linear + cross(a.angular, arm_a));
   d.fixed = of_b - cross(a.angular, cross(a.angular, arm_a));
   const V3d in_a = d.velocity - cross(a.angular, g.offset);
-  d.carried =
-      (of_b - cross(a.angular, cross(a.angular, g.arm_a))) - cross(a.angular, in_a) * 2.0;
+  d.carried = (of_b - cross(a.angular, cross(a.angular, g.arm_a))) - cross(a.angular, in_a) * 2.0;
   d.half_h = 0.5 * h;
   return d;
 }
 double along(const Drift& d, const JointGeometry& g, JointCoordinate coordinate,
              const JointRow& row) {
   if (is_angular(coordinate)) return 0;
-  if (coordinate != JointCoordinate::distance) return d.half_h * dot(row.linear, d.carried);
-  const double distance = std::max(length(g.offset), 1e-9);
-  const V3d across = d.velocity - row.linear * dot(row.linear, d.velocity);
-  return d.half_h * (dot(row.linear, d.fixed) + dot(across, across) / distance);
+  double rate = 0;
+  if (coordinate == JointCoordinate::distance) {
+    const double distance = std::max(length(g.offset), 1e-9);
+    const V3d across = d.velocity - row.linear * dot(row.linear, d.velocity);
+    rate = dot(row.linear, d.fixed) + dot(across, across) / distance;
+  } else {
+    rate = dot(row.linear, d.carried);
+  }
+  return std::clamp(d.half_h * rate, -kFastestPull, kFastestPull);
 }
 
-// A spring over a kick of `h_kick` before a drift of `h`: at rest right under any load, in motion of
-// second order, and implicit where it is stiff for the substep (docs/joints.md).
-void set_spring(double frequency, double damping_ratio, double distance, double h_kick, double h,
-                JointLawState& law) {
-  const double omega = 2 * kPi * std::min(frequency, 0.25 / h);
-  const double u = omega * h_kick, y = 2 * damping_ratio * u;
-  double inverse = 1 + y * (1 + y * (1.0 / 2 + y * (1.0 / 6 + y * (1.0 / 24)))) + (u * u) * (u * u);
-  if (h_kick == h) inverse += damping_ratio * u * u * u;
-  const double a = 1 / inverse;
-  law.keep = law.mass_scale = 1 - a;
-  law.push = a * omega * omega * h_kick * distance;
+// e^-x for x >= 0: Taylor series of x / 2^n, squared n times.
+double decay(double x) {
+  int halvings = 0;
+  for (; x > 0.25 && halvings < 60; ++halvings) x *= 0.5;
+  double sum = 1;
+  for (int n = 12; n > 0; --n) sum = 1 - sum * x / n;
+  for (; halvings > 0; --halvings) sum *= sum;
+  return sum;
 }
 
-void set_motor(const JointMotor& motor, double value, bool angular, const JointPass& pass,
-               JointLawState& law) {
+// A spring over a substep of kick and drift. Between substeps its position is that of the damped
+// oscillator exactly, at rest its stretch is right under any load, and two half kicks make a whole one
+// (docs/joints.md). Where it is stiff for the substep it is damped, so that coupled springs are stable.
+void set_spring(double frequency, double damping_ratio, double distance, double rate_before,
+                const JointPass& pass, JointLawState& law) {
+  const double omega = 2 * kPi * std::min(frequency, 0.25 / pass.h);
+  const double u = omega * pass.h, y = damping_ratio * u;
+  const double square = u * u - y * y;
+  const double turn = std::sqrt(std::abs(square));
+  const double trace =
+      square >= 0 ? 2 * decay(y) * core::trig::cos(turn) : decay(y - turn) + decay(y + turn);
+  const double slow = 1 / (1 + (u * u) * (u * u) * (u * u));
+  const double kept = slow * decay(2 * y);  // of the velocity before the substep
+  const double passed = slow * (1 - trace + decay(2 * y)) / (u * u);  // of what others change it by
+  const double root = std::sqrt(kept);
+  const bool half = pass.kick < 1;
+  const double p = half ? 2 * passed / (1 + root) : passed;
+  law.keep = law.mass_scale = 1 - p;
+  law.push = p * omega * u * pass.kick * distance - ((half ? root : kept) - p) * rate_before;
+}
+
+void set_motor(const JointMotor& motor, bool angular, const JointPass& pass,
+               const JointAxisState& axis, JointLawState& law) {
   law.hi = motor.max_force * (pass.h * pass.kick);
   law.lo = -law.hi;
   if (motor.mode == JointMotorMode::velocity) {
@@ -126,25 +156,25 @@ void set_motor(const JointMotor& motor, double value, bool angular, const JointP
     law.push = -motor.target;
   } else {
     const double distance =
-        angular ? within_turn(value - motor.target, 0) : value - motor.target;
-    set_spring(motor.frequency, motor.damping_ratio, distance, pass.h * pass.kick, pass.h, law);
+        angular ? within_turn(axis.value - motor.target, 0) : axis.value - motor.target;
+    set_spring(motor.frequency, motor.damping_ratio, distance, axis.rate_before, pass, law);
   }
 }
 
 // `past`: value less bound. A bound that is not reached may be closed in on within the substep, but
 // not passed; softness acts where it is passed.
-void set_limit(const JointLimits& limits, double past, bool passed, double drift,
+void set_limit(const JointLimits& limits, double past, bool passed, const JointAxisState& axis,
                const JointPass& pass, JointLawState& law) {
   if (!passed) {
     law.keep = law.mass_scale = 1;
-    law.push = past * pass.inv_h + drift;
+    law.push = past * pass.inv_h + axis.drift;
   } else if (limits.frequency > 0) {
     if (pass.use_bias)
-      set_spring(limits.frequency, limits.damping_ratio, past, pass.h * pass.kick, pass.h, law);
+      set_spring(limits.frequency, limits.damping_ratio, past, axis.rate_before, pass, law);
   } else if (pass.use_bias) {
     law.keep = pass.keep;
     law.mass_scale = pass.mass_scale;
-    law.push = pass.mass_scale * pass.bias_rate * past + drift;
+    law.push = pass.mass_scale * pass.bias_rate * past + axis.drift;
   } else {
     law.keep = law.mass_scale = 1;
     law.push = 0;
@@ -157,12 +187,12 @@ void set_drives(const core::DrivenAxis& desc, const JointPass& pass, JointAxisSt
     const JointSpring& spring = desc.drive.spring;
     const double distance =
         angular ? within_turn(axis.value - spring.rest, 0) : axis.value - spring.rest;
-    set_spring(spring.frequency, spring.damping_ratio, distance, pass.h * pass.kick, pass.h, law);
+    set_spring(spring.frequency, spring.damping_ratio, distance, axis.rate_before, pass, law);
     law.lo = -kInfinity;
     law.hi = kInfinity;
   }
   if (auto& law = axis.law[core::kMotor]; law.active) {
-    set_motor(desc.drive.motor, axis.value, angular, pass, law);
+    set_motor(desc.drive.motor, angular, pass, axis, law);
   }
   if (auto& law = axis.law[core::kFriction]; law.active) {
     law.hi = desc.drive.friction * (pass.h * pass.kick);
@@ -181,12 +211,21 @@ void set_limits(const core::DrivenAxis& desc, const JointPass& pass, JointAxisSt
   }
   if (auto& law = axis.law[core::kLower]; law.active) {
     law.hi = kInfinity;
-    set_limit(limits, value - *limits.lower, value <= *limits.lower, axis.drift, pass, law);
+    set_limit(limits, value - *limits.lower, value <= *limits.lower, axis, pass, law);
   }
   if (auto& law = axis.law[core::kUpper]; law.active) {
     law.lo = -kInfinity;
-    set_limit(limits, value - *limits.upper, value >= *limits.upper, axis.drift, pass, law);
+    set_limit(limits, value - *limits.upper, value >= *limits.upper, axis, pass, law);
   }
+}
+
+// Trees pull all the way in one substep, but a joint that is far apart no faster than this.
+double lock_error(const core::Joint& joint, std::size_t i, const JointGeometry& g,
+                  const JointPass& pass) {
+  const bool distance = joint.locks[i] == JointCoordinate::distance;
+  const double error = value_of(g, joint.locks[i]) - (distance ? joint.length : 0);
+  const double most = kFastestPull * pass.h;
+  return std::clamp(error, -most, most);
 }
 
 std::span<JointRow> locks_of(const JointArrays& arrays, const JointConstraint& c) {
@@ -213,7 +252,8 @@ void solve_locks(const JointPass& pass, std::span<const JointRow> locks, Side& a
   const int n = c.lock_count;
   const double scale = pass.use_bias ? pass.mass_scale : 1, keep = pass.use_bias ? pass.keep : 1;
   for (int i = 0; i < n; ++i) {
-    x[i] = speed(locks[static_cast<std::size_t>(i)], a, b) - wanted_speed(pass, pass.bias_rate, c, i);
+    x[i] = speed(locks[static_cast<std::size_t>(i)], a, b) +
+           (pass.use_bias ? pass.bias_rate * c.error[i] + c.drift[i] : 0.0);
   }
   solve_factored(c.factor, n, x);
   for (int i = 0; i < n; ++i) {
@@ -237,10 +277,7 @@ void refresh(const core::Joint& joint, const JointPass& pass, const JointArrays&
   for (std::size_t i = 0; i < locks.size(); ++i) {
     const JointCoordinate coordinate = joint.locks[i];
     locks[i] = row_of(g, coordinate);
-    c.error[i] = value_of(g, coordinate);
-    if (coordinate == JointCoordinate::distance) c.error[i] -= joint.length;
-    // Trees pull all the way in one substep, but a joint that is far apart no faster than this.
-    if (c.in_tree) c.error[i] = std::clamp(c.error[i], -kFastestPull * pass.h, kFastestPull * pass.h);
+    c.error[i] = lock_error(joint, i, g, pass);
     c.drift[i] = along(drift, g, coordinate, locks[i]);
   }
   if (!c.in_tree || c.axis_count > 0) factorise_locks(locks, a, b, c.factor);
@@ -251,15 +288,26 @@ void refresh(const core::Joint& joint, const JointPass& pass, const JointArrays&
     axes[i].value = value_of(g, desc.coordinate);
     axes[i].drift = along(drift, g, desc.coordinate, axes[i].row);
     clear_of_locks(locks, c.factor, a, b, axes[i]);
+    if (pass.use_bias) axes[i].rate_before = rate_before(arrays.bodies, c, axes[i].row);
     if (pass.use_bias) set_drives(desc, pass, axes[i]);
     set_limits(desc, pass, axes[i]);
   }
 }
 
+void look_ahead(const core::Joint& joint, const JointPass& pass, JointBodies& bodies,
+                JointConstraint& c) {
+  const JointGeometry g = joint_geometry(c.mounts, bodies.pose_after(c.row_a, pass.h),
+                                         bodies.pose_after(c.row_b, pass.h), c.with_angles);
+  for (std::size_t i = 0; i < c.lock_count; ++i) c.error[i] = lock_error(joint, i, g, pass);
+}
+
 void restart_drives(const core::Joint& joint, const JointPass& pass, const JointArrays& arrays,
                     JointConstraint& c) {
   const std::span<JointAxisState> axes = axes_of(arrays, c);
-  for (std::size_t i = 0; i < axes.size(); ++i) set_drives(joint.axes[i], pass, axes[i]);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    axes[i].rate_before = rate_before(arrays.bodies, c, axes[i].row);
+    set_drives(joint.axes[i], pass, axes[i]);
+  }
 }
 
 bool is_active(const core::DrivenAxis& axis, core::JointLaw law) {

@@ -12,9 +12,9 @@ namespace skerry::solver {
 // the velocity is removed, and the speed asked for.
 struct JointLawState {
   double keep = 1, mass_scale = 1;
-  double push = 0;          // m/s or rad/s
-  double lo = 0, hi = 0;    // N s or N m s
-  double impulse = 0;       // of the present substep
+  double push = 0;        // m/s or rad/s
+  double lo = 0, hi = 0;  // N s or N m s
+  double impulse = 0;     // of the present substep
   bool active = false;
 };
 
@@ -22,9 +22,10 @@ struct JointLawState {
 // mass is that of the bodies as the joint leaves them free.
 struct JointAxisState {
   JointRow row;
-  double mass = 0;       // kg or kg m^2; 0: nothing can move
-  double value = 0;      // m or rad
-  double drift = 0;      // m/s or rad/s: half a substep of the rate's own change
+  double mass = 0;         // kg or kg m^2; 0: nothing can move
+  double value = 0;        // m or rad
+  double rate_before = 0;  // m/s or rad/s, before the present kick
+  double drift = 0;        // m/s or rad/s: half a substep of the rate's own change
   JointLawState law[core::kJointLaws];
 };
 
@@ -36,9 +37,9 @@ struct JointConstraint {
   bool with_angles = false;
   bool in_tree = false;
   JointMounts mounts;
-  V3d arm_b;                      // m, at the present poses
-  double error[kMaxLocks] = {};   // m or rad, at the present poses
-  double drift[kMaxLocks] = {};   // m/s or rad/s, as of an axis
+  V3d arm_b;                       // m, at the present poses
+  double error[kMaxLocks] = {};    // m or rad, at the present poses
+  double drift[kMaxLocks] = {};    // m/s or rad/s, as of an axis
   double impulse[kMaxLocks] = {};  // of the present substep
   BlockFactor factor;
   V3d force = {0, 0, 0};   // N s on b, summed over the step
@@ -65,6 +66,9 @@ struct JointArrays {
 // start anew; in a relax pass springs and motors go on with what they were given.
 void refresh(const core::Joint& joint, const JointPass& pass, const JointArrays& arrays,
              JointConstraint& c);
+// Errors at the poses to which the present velocities would bring the bodies.
+void look_ahead(const core::Joint& joint, const JointPass& pass, JointBodies& bodies,
+                JointConstraint& c);
 // Springs, motors and friction start anew with this pass's kick, at the values last refreshed.
 void restart_drives(const core::Joint& joint, const JointPass& pass, const JointArrays& arrays,
                     JointConstraint& c);
@@ -75,10 +79,6 @@ void solve(const JointPass& pass, const JointArrays& arrays, JointConstraint& c)
 
 bool is_active(const core::DrivenAxis& axis, core::JointLaw law);
 
-// Velocity that a lock still has to lose for the joint to be whole at the end of the substep.
-inline double wanted_speed(const JointPass& pass, double rate, const JointConstraint& c, int i) {
-  return pass.use_bias ? -(rate * c.error[i] + c.drift[i]) : 0.0;
-}
 // Books an impulse along a row.
 inline void book(JointConstraint& c, const JointRow& row, double impulse) {
   c.force = c.force + row.linear * impulse;

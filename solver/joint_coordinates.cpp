@@ -105,8 +105,8 @@ double joint_position(const core::Joint& joint, const core::Bodies& bodies,
   };
   const JointMounts mounts = {scalars(joint.anchor_a), scalars(joint.anchor_b),
                               scalars(joint.frame_a), scalars(joint.frame_b)};
-  return value_of(
-      joint_geometry(mounts, pose(joint.a), pose(joint.b), is_angular(coordinate)), coordinate);
+  return value_of(joint_geometry(mounts, pose(joint.a), pose(joint.b), is_angular(coordinate)),
+                  coordinate);
 }
 
 }  // namespace skerry::solver

@@ -28,6 +28,7 @@ void JointBatch::begin(std::uint32_t first_body, std::uint32_t rows, std::uint32
   find_clusters(dynamic_end);
   own_bodies(first_body);
   add_trees();
+  find_stiffness();
   add_loops(dynamic_end);
   place_rows();
 }
@@ -152,6 +153,28 @@ void JointBatch::add_loops(std::uint32_t dynamic_end) {
   if (colours == 0) colour_chunks_.push_back(static_cast<std::uint32_t>(chunks_.size()));
 }
 
+// Forces that pull at arms which turn are springs too (geometric stiffness: Tournier, Nesme, Gilles and
+// Faure, "Stable constrained dynamics", 2015; adaptive as in Andrews, Teichmann and Kovecses,
+// "Geometric stiffness for real-time constrained multibody dynamics", 2017). As of the last step.
+void JointBatch::find_stiffness() {
+  const auto add = [&](std::uint32_t row, core::BodyIndex body, const Vec3& anchor,
+                       const V3d& force) {
+    if (!bodies.solved(row)) return;
+    const V3d arm = rotate(scalars(step_->bodies->pose[body].orientation), scalars(anchor));
+    const double along = dot(arm, force);
+    bodies.add_stiffness(row,
+                         {along - arm.x * force.x, -0.5 * (arm.x * force.y + arm.y * force.x),
+                          -0.5 * (arm.x * force.z + arm.z * force.x), along - arm.y * force.y,
+                          -0.5 * (arm.y * force.z + arm.z * force.y), along - arm.z * force.z});
+  };
+  for (const JointRef& ref : refs_) {
+    const core::Joint& joint = step_->joints->rows[ref.joint];
+    const V3d force = scalars(joint.force);
+    add(ref.row_a, joint.a, joint.anchor_a, -force);
+    add(ref.row_b, joint.b, joint.anchor_b, force);
+  }
+}
+
 void JointBatch::place_rows() {
   grow(constraints_, refs_.size());
   std::uint32_t lock = 0, axis = 0;
@@ -223,7 +246,8 @@ void JointBatch::store(std::uint32_t index) {
   }
   joint.force = finite ? vector(c.force * (1 / step_->dt)) : Vec3::Zero();
   joint.torque = finite ? vector(c.torque * (1 / step_->dt)) : Vec3::Zero();
-  joint.broken = joint.force.norm() > joint.breaks.force || joint.torque.norm() > joint.breaks.torque;
+  joint.broken =
+      joint.force.norm() > joint.breaks.force || joint.torque.norm() > joint.breaks.torque;
 }
 
 // ---- Passes.
@@ -275,6 +299,12 @@ void JointBatch::run_tree(JointOp op, std::uint32_t substep, const Tree& tree) {
     trees_.factorise(shared, all, tree.first, tree.end);
   }
   if (op != JointOp::warm_start) trees_.solve(pass, shared, all, tree.first, tree.end);
+  if (op != JointOp::solve || !tree.smooth) return;
+  // Once more with the gaps that turning arms leave (a second step of Newton's method).
+  for (std::uint32_t i = tree.first; i < tree.end; ++i) {
+    look_ahead(step_->joints->rows[all[i].joint], pass, bodies, all[i]);
+  }
+  trees_.correct(pass, shared, all, tree.first, tree.end);
 }
 
 void JointBatch::run_loop(JointOp op, JointConstraint& c) {

@@ -67,6 +67,7 @@ class JointBatch {
   void own_bodies(std::uint32_t first_body);
   void add_trees();
   void add_loops(std::uint32_t dynamic_end);
+  void find_stiffness();
   void place_rows();
   JointArrays arrays() { return {locks_, axes_, bodies}; }
   void for_constraints(const Chunk& chunk, void (JointBatch::*visit)(std::uint32_t));
@@ -80,8 +81,8 @@ class JointBatch {
   std::uint32_t grain_ = 1, substeps_ = 1, first_island_ = 0, island_count_ = 0;
   std::vector<JointRef> refs_;  // trees first
   std::vector<JointRef> loops_;
-  std::vector<std::uint32_t> parent_;  // [rows] union-find
-  std::vector<std::uint8_t> looped_;   // [rows] of cluster roots
+  std::vector<std::uint32_t> parent_;   // [rows] union-find
+  std::vector<std::uint8_t> looped_;    // [rows] of cluster roots
   std::vector<std::uint32_t> closing_;  // rows at which a loop was closed
   std::vector<Tree> tree_list_;
   std::vector<std::uint32_t> row_a_, row_b_;  // of loops_

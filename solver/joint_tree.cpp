@@ -191,18 +191,43 @@ void JointTrees::factorise(const JointArrays& arrays, std::span<const JointConst
   }
 }
 
+void JointTrees::load_velocity(JointBodies& bodies, std::uint32_t row) {
+  if (!can_move(row)) return;
+  copy_velocity(bodies.load(row), nodes_[row].velocity);
+  std::fill_n(nodes_[row].impulse, 6, 0.0);
+}
+void JointTrees::start_at_rest(std::uint32_t row) {
+  if (!can_move(row)) return;
+  std::fill_n(nodes_[row].velocity, 6, 0.0);
+  std::fill_n(nodes_[row].impulse, 6, 0.0);
+}
+
 void JointTrees::solve(const JointPass& pass, const JointArrays& arrays,
                        std::span<JointConstraint> constraints, std::uint32_t first,
                        std::uint32_t end) {
-  const auto load = [&](std::uint32_t row) {
-    if (!can_move(row)) return;
-    copy_velocity(arrays.bodies.load(row), nodes_[row].velocity);
-    std::fill_n(nodes_[row].impulse, 6, 0.0);
-  };
   for (std::uint32_t k = first; k < end; ++k) {
-    load(constraints[k].row_a);
-    load(constraints[k].row_b);
+    load_velocity(arrays.bodies, constraints[k].row_a);
+    load_velocity(arrays.bodies, constraints[k].row_b);
   }
+  run(arrays, constraints, first, end, false, [&pass](const JointConstraint& c, int i) {
+    return pass.use_bias ? -(pass.inv_h * c.error[i] + c.drift[i]) : 0.0;
+  });
+}
+
+void JointTrees::correct(const JointPass& pass, const JointArrays& arrays,
+                         std::span<JointConstraint> constraints, std::uint32_t first,
+                         std::uint32_t end) {
+  for (std::uint32_t k = first; k < end; ++k) {
+    start_at_rest(constraints[k].row_a);
+    start_at_rest(constraints[k].row_b);
+  }
+  run(arrays, constraints, first, end, true,
+      [&pass](const JointConstraint& c, int i) { return -(pass.inv_h * c.error[i]); });
+}
+
+template <class Goal>
+void JointTrees::run(const JointArrays& arrays, std::span<JointConstraint> constraints,
+                     std::uint32_t first, std::uint32_t end, bool still, Goal goal) {
   for (std::uint32_t k = first; k < end; ++k) {
     const JointConstraint& c = constraints[k];
     const int n = c.lock_count;
@@ -210,8 +235,8 @@ void JointTrees::solve(const JointPass& pass, const JointArrays& arrays,
     Elimination& e = eliminations_[k];
     if (n == 0) continue;
     Node& parent = nodes_[link.parent];
-    double there[6];
-    if (!can_move(link.child)) copy_velocity(arrays.bodies.at(link.child), there);
+    double there[6] = {};
+    if (!can_move(link.child) && !still) copy_velocity(arrays.bodies.at(link.child), there);
     const double* child = can_move(link.child) ? nodes_[link.child].velocity : there;
     double y[kMaxLocks];
     for (int i = 0; i < n; ++i) {
@@ -219,8 +244,7 @@ void JointTrees::solve(const JointPass& pass, const JointArrays& arrays,
       double p[6], q[6];
       side_of(lock, link.parent_is_a, p);
       side_of(lock, !link.parent_is_a, q);
-      e.rest[i] = wanted_speed(pass, pass.inv_h, c, i) -
-                  (dot6(p, parent.velocity) + dot6(q, child));
+      e.rest[i] = goal(c, i) - (dot6(p, parent.velocity) + dot6(q, child));
       y[i] = e.rest[i];
     }
     solve_factored(e.factor, n, y);

@@ -41,6 +41,9 @@ class JointTrees {
                  std::uint32_t first, std::uint32_t end);
   void solve(const JointPass& pass, const JointArrays& arrays,
              std::span<JointConstraint> constraints, std::uint32_t first, std::uint32_t end);
+  // Changes velocities by what takes the errors away within a substep, whatever the velocities are.
+  void correct(const JointPass& pass, const JointArrays& arrays,
+               std::span<JointConstraint> constraints, std::uint32_t first, std::uint32_t end);
 
  private:
   // How a constraint is eliminated: the child's side into the parent's.
@@ -64,6 +67,12 @@ class JointTrees {
   std::uint32_t slot_of(std::uint32_t row);
   void visit(std::span<const JointRef> joints, std::uint32_t root);
   void eliminate(const JointRef& joint, std::uint32_t parent, std::uint32_t first);
+  void load_velocity(JointBodies& bodies, std::uint32_t row);
+  void start_at_rest(std::uint32_t row);
+  // From the velocities of the nodes on; `goal` is what each lock's rate should be.
+  template <class Goal>
+  void run(const JointArrays& arrays, std::span<JointConstraint> constraints, std::uint32_t first,
+           std::uint32_t end, bool still, Goal goal);
   void load_mobility(const JointBodies& bodies, std::uint32_t row);
 
   std::vector<Link> links_;                // [constraints]
@@ -72,13 +81,13 @@ class JointTrees {
   std::uint32_t dynamic_end_ = 1;
 
   // Of add(): the bodies of a cluster and their joints.
-  std::vector<std::uint32_t> slot_;       // [rows] into rows_, kNone elsewhere
-  std::vector<std::uint32_t> rows_;       // of the cluster
-  std::vector<std::uint32_t> first_at_;   // [slots + 1] into at_
-  std::vector<std::uint32_t> at_;         // joints by body
-  std::vector<std::uint32_t> order_;      // slots, breadth first
-  std::vector<std::uint32_t> reached_by_; // [slots] joint from the parent, kNone: root
-  std::vector<std::uint8_t> seen_;        // [slots]
+  std::vector<std::uint32_t> slot_;        // [rows] into rows_, kNone elsewhere
+  std::vector<std::uint32_t> rows_;        // of the cluster
+  std::vector<std::uint32_t> first_at_;    // [slots + 1] into at_
+  std::vector<std::uint32_t> at_;          // joints by body
+  std::vector<std::uint32_t> order_;       // slots, breadth first
+  std::vector<std::uint32_t> reached_by_;  // [slots] joint from the parent, kNone: root
+  std::vector<std::uint8_t> seen_;         // [slots]
   std::vector<JointRef> sorted_;
 };
 

@@ -144,9 +144,9 @@ struct JointAxis {
 // Each of six coordinates free, locked or limited.
 struct SixDofJoint {
   BodyId a = {}, b = {};
-  Vec3 anchor = Vec3::Zero();           // m, world
-  Quat frame = Quat::Identity();        // world; its axes are those of the coordinates
-  std::array<JointAxis, 6> axes = {};   // x, y, z, swing_x, swing_y, twist
+  Vec3 anchor = Vec3::Zero();          // m, world
+  Quat frame = Quat::Identity();       // world; its axes are those of the coordinates
+  std::array<JointAxis, 6> axes = {};  // x, y, z, swing_x, swing_y, twist
   JointLoad breaks = {};
   bool collide = false;
 };

@@ -39,8 +39,8 @@ TEST(Joints, slider_limits_hold_and_can_be_moved) {
 TEST(Joints, a_rope_is_slack_up_to_its_length_and_holds_there) {
   World world;
   const BodyId bob = add_point(world, {0.3, 0, 0}, 2, 0.1);
-  const JointId rope = world.add_joint(
-      DistanceJoint{.b = bob, .anchor_b = {0.3, 0, 0}, .limits = {.upper = 1}});
+  const JointId rope =
+      world.add_joint(DistanceJoint{.b = bob, .anchor_b = {0.3, 0, 0}, .limits = {.upper = 1}});
   double longest = 0;
   for (int n = 0; n < 600; ++n) {
     world.step(kDt);
@@ -64,10 +64,8 @@ TEST(Joints, a_rod_keeps_its_length_in_push_and_pull) {
 TEST(Joints, a_cone_holds_the_swing_and_twist_limits_the_twist) {
   World world;
   const BodyId arm = add_rod(world, {0, 0, 0}, {1, 0, 0}, 2);
-  const JointId shoulder = world.add_joint(ConeTwistJoint{.b = arm, .axis = {1, 0, 0},
-                                                          .swing_limit = 0.7,
-                                                          .lower_twist = -0.3,
-                                                          .upper_twist = 0.5});
+  const JointId shoulder = world.add_joint(ConeTwistJoint{
+      .b = arm, .axis = {1, 0, 0}, .swing_limit = 0.7, .lower_twist = -0.3, .upper_twist = 0.5});
   world.set_velocity(arm, {0, 0, 0}, {12, 1, 2});
   double swing = 0, lower = 0, upper = 0;
   for (int n = 0; n < 600; ++n) {
@@ -88,7 +86,8 @@ TEST(Joints, a_velocity_motor_speeds_up_with_its_exact_torque_and_then_holds_the
   World world = still_world();
   const BodyId wheel = add_point(world, {0.5, 0, 0}, 2, 0.3);
   const JointId hinge = world.add_joint(HingeJoint{
-      .b = wheel, .axis = {0, 0, 1},
+      .b = wheel,
+      .axis = {0, 0, 1},
       .drive = {.motor = {.mode = JointMotorMode::velocity, .target = 4, .max_force = 1.6}}});
   constexpr double kMoment = 0.3 + 2 * 0.5 * 0.5;  // about the hinge: 2 rad/s^2
   run(world, 1);
@@ -102,7 +101,8 @@ TEST(Joints, a_position_motor_reaches_its_target_and_follows_a_new_one) {
   World world;
   const BodyId cart = add_point(world, {0, 0, 0}, 2, 0.1);
   const JointId slider = world.add_joint(SliderJoint{
-      .b = cart, .axis = {1, 0, 0},
+      .b = cart,
+      .axis = {1, 0, 0},
       .drive = {.motor = {.mode = JointMotorMode::position, .target = 0.7, .max_force = 50}}});
   run(world, 4);
   EXPECT_NEAR(world.joint_position(slider, JointCoordinate::z), 0.7, 1e-3);
@@ -128,8 +128,8 @@ TEST(Joints, friction_holds_below_its_limit_and_slips_with_it_above) {
   }
   World world;  // a hinge: 2 kg at 0.5 m is 9.81 N m
   const BodyId door = add_point(world, {0.5, 0, 0}, 2, 0.1);
-  const JointId hinge = world.add_joint(
-      HingeJoint{.b = door, .axis = {0, 0, 1}, .drive = {.friction = 9.9}});
+  const JointId hinge =
+      world.add_joint(HingeJoint{.b = door, .axis = {0, 0, 1}, .drive = {.friction = 9.9}});
   run(world, 5);
   EXPECT_NEAR(world.hinge_angle(hinge), 0, 1e-4);
 }
@@ -183,9 +183,9 @@ TEST(Joints, changes_wake_the_bodies_and_bad_ones_are_refused) {
   ASSERT_FALSE(world.awake(door));
   EXPECT_THROW(world.set_joint_limits(hinge, JointCoordinate::twist, {.lower = 1, .upper = 0}),
                InputError);
-  EXPECT_THROW(world.set_joint_drive(hinge, JointCoordinate::twist,
-                                     {.motor = {.target = std::nan("")}}),
-               InputError);
+  EXPECT_THROW(
+      world.set_joint_drive(hinge, JointCoordinate::twist, {.motor = {.target = std::nan("")}}),
+      InputError);
   EXPECT_THROW(world.set_joint_limits(hinge, JointCoordinate::x, {}), UsageError);
   EXPECT_FALSE(world.awake(door));
   world.set_joint_drive(

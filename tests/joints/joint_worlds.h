@@ -27,11 +27,11 @@ inline BodyId add_rod(World& world, const Vec3& from, const Vec3& to, double mas
   const double length = (to - from).norm();
   const Mat3 inertia =
       Vec3(mass * length * length / 12, 1e-4 * mass, mass * length * length / 12).asDiagonal();
-  return world.add_body(
-      {.shapes = {{Capsule{.radius = 0.02, .half_height = 0.4 * length}, {.filter = {.category = 2, .mask = 0}}}},
-       .position = 0.5 * (from + to),
-       .orientation = Quat::FromTwoVectors(Vec3::UnitY(), to - from),
-       .mass = MassOverride{.mass = mass, .inertia = inertia}});
+  return world.add_body({.shapes = {{Capsule{.radius = 0.02, .half_height = 0.4 * length},
+                                     {.filter = {.category = 2, .mask = 0}}}},
+                         .position = 0.5 * (from + to),
+                         .orientation = Quat::FromTwoVectors(Vec3::UnitY(), to - from),
+                         .mass = MassOverride{.mass = mass, .inertia = inertia}});
 }
 inline void run(World& world, double seconds, double dt = kDt) {
   for (int n = static_cast<int>(std::lround(seconds / dt)); n > 0; --n) world.step(dt);
