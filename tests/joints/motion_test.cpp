@@ -164,7 +164,7 @@ TEST_P(Springs, a_distance_spring_is_the_oscillator_of_the_reduced_mass) {
     worst = std::max(worst, std::abs(world.joint_position(spring, JointCoordinate::distance) - 2 -
                                      expected(0.3, 0, n * kDt)));
   }
-  EXPECT_LT(worst, 6e-6);
+  EXPECT_LT(worst, 3e-5);
 }
 
 // ---- Conservation.
