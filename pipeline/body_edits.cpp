@@ -9,6 +9,7 @@
 #include "core/mass_properties.h"
 #include "core/trig.h"
 #include "pipeline/edge_checks.h"
+#include "pipeline/joint_edits.h"
 #include "pipeline/publish.h"
 #include "pipeline/world_data.h"
 #include "solver/finalise.h"

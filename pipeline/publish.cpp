@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pipeline/joint_edits.h"
 #include "pipeline/world_data.h"
 #include "solver/stop_at_impact.h"
 
@@ -113,6 +114,7 @@ void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {
 }
 
 void publish(WorldData& world, jobs::IndexRange, jobs::Task&) {
+  take_broken_joints(world);
   write_events(world);
   write_changed(world);
   world.snapshots.publish(world.step_count + 1, world.time + world.context.dt, world.ids,

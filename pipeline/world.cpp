@@ -8,11 +8,12 @@
 
 #include "pipeline/body_edits.h"
 #include "pipeline/edge_checks.h"
+#include "pipeline/joint_edits.h"
 #include "pipeline/measure.h"
 #include "pipeline/simulation_thread.h"
 #include "pipeline/threading_mode.h"
 #include "pipeline/world_data.h"
-#include "solver/joint_solver.h"
+#include "solver/joint_coordinates.h"
 
 namespace skerry {
 
@@ -263,14 +264,32 @@ std::size_t World::joint_count() const {
   require_idle(*impl_, "joint_count");
   return impl_->joints.rows.size() - impl_->joints.free_rows.size();
 }
-double World::hinge_angle(JointId joint) const {
-  require_idle(*impl_, "hinge_angle");
+double World::joint_position(JointId joint, JointCoordinate coordinate) const {
+  require_idle(*impl_, "joint_position");
   require(*impl_, joint);
-  const core::Joint& row = impl_->joints.rows[joint.index];
-  if (row.type != core::JointType::hinge) {
-    throw UsageError("joint " + std::to_string(joint.index) + " is not a hinge: it has no angle");
-  }
-  return solver::hinge_angle(row, impl_->bodies);
+  return solver::joint_position(impl_->joints.rows[joint.index], impl_->bodies, coordinate);
+}
+double World::hinge_angle(JointId joint) const {
+  return joint_position(joint, JointCoordinate::twist);
+}
+Vec3 World::joint_force(JointId joint) const {
+  require_idle(*impl_, "joint_force");
+  require(*impl_, joint);
+  return impl_->joints.rows[joint.index].force;
+}
+Vec3 World::joint_torque(JointId joint) const {
+  require_idle(*impl_, "joint_torque");
+  require(*impl_, joint);
+  return impl_->joints.rows[joint.index].torque;
+}
+void World::set_joint_limits(JointId joint, JointCoordinate coordinate,
+                             const JointLimits& limits) {
+  require_idle(*impl_, "set_joint_limits");
+  pipeline::set_joint_limits(*impl_, joint, coordinate, limits);
+}
+void World::set_joint_drive(JointId joint, JointCoordinate coordinate, const JointDrive& drive) {
+  require_idle(*impl_, "set_joint_drive");
+  pipeline::set_joint_drive(*impl_, joint, coordinate, drive);
 }
 
 ForceFieldId World::add_force_field(ForceField field) {
@@ -527,6 +546,10 @@ std::span<const std::uint32_t> World::changed() const {
 std::span<const ContactEvent> World::contact_events() const {
   require_idle(*impl_, "contact_events");
   return impl_->events;
+}
+std::span<const JointBroken> World::broken_joints() const {
+  require_idle(*impl_, "broken_joints");
+  return impl_->broken;
 }
 const StepReport& World::last_report() const {
   require_idle(*impl_, "last_report");

@@ -47,12 +47,15 @@ class GroupSolver final : public jobs::PhaseProgram {
     restitute,
     store,
     store_joints,
+    close_velocities,
+    close_joints,
     finish,
   };
   struct Phase {
     Op op;
-    std::uint32_t first;  // chunk of contacts
+    std::uint32_t first;  // chunk of contacts or joints
     std::uint32_t blocks;
+    std::uint32_t substep;
   };
   // Consecutive lane blocks of one colour and kind.
   struct Chunk {
@@ -71,7 +74,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     Vec3 linear;            // m/s after external forces
     Vec3 angular_momentum;  // likewise
     float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
-    bool from_rows;         // joints or damping: contacts alone do not account for the motion
+    bool from_rows;         // damping: contacts alone do not account for the motion
   };
   struct Contact {
     double offset[3];  // m, centre of b from centre of a
@@ -106,9 +109,12 @@ class GroupSolver final : public jobs::PhaseProgram {
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
-  void run_joints(Op op);
+  void add_joint_colours(Op op);
+  void run_joints(const Phase& phase, std::uint32_t block);
+  void integrate_velocities(std::uint32_t begin, std::uint32_t end, std::uint32_t substep);
+  void integrate_positions(std::uint32_t begin, std::uint32_t end);
+  void finish_jointed(std::uint32_t row);
   void run_contacts(Op op, const Chunk& chunk);
-  SolverBodies rows();
 
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
@@ -143,8 +149,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Phase> phases_;
 
   JointBatch joints_;
-  std::uint32_t first_joint_ = 0, joint_count_ = 0;
-  std::vector<std::uint32_t> row_of_body_;  // [body rows], 0 where not in this group
+  std::uint32_t substep_ = 0;  // that phases are being listed for
 };
 
 }  // namespace skerry::solver

@@ -25,6 +25,7 @@ enum class Role : std::uint8_t { still, awake, asleep, moving, out };
 
 // What a body is to its partners.
 Role role_of(const Bodies& bodies, BodyIndex body) {
+  if (body == kNone) return Role::still;  // the world, to joints
   const std::uint32_t flags = bodies.flags[body];
   if (flags & kQuarantined || !(flags & kAlive)) return Role::out;
   if (flags & kDynamic) return flags & kAwake ? Role::awake : Role::asleep;

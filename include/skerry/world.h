@@ -82,7 +82,16 @@ class World {
   void remove_joint(JointId joint);
   bool contains(JointId joint) const;
   std::size_t joint_count() const;
-  double hinge_angle(JointId joint) const;  // rad
+  // Where a joint is along a coordinate (b seen from a): m, or rad in (-pi, pi].
+  double joint_position(JointId joint, JointCoordinate coordinate) const;
+  double hinge_angle(JointId joint) const;  // rad: twist of a hinge
+  // Mean load over the last step that its bodies were awake in, by a on b, world: N, and N m about
+  // b's anchor. Motors, springs and friction included.
+  Vec3 joint_force(JointId joint) const;
+  Vec3 joint_torque(JointId joint) const;
+  // Change a coordinate that the joint leaves free; its bodies wake. A rod's length is locked.
+  void set_joint_limits(JointId joint, JointCoordinate coordinate, const JointLimits& limits);
+  void set_joint_drive(JointId joint, JointCoordinate coordinate, const JointDrive& drive);
 
   ForceFieldId add_force_field(ForceField field);
   void remove_force_field(ForceFieldId field);
@@ -152,6 +161,9 @@ class World {
   std::span<const std::uint32_t> changed() const;
   // Events of the last step. `persist` events only for touching pairs of awake bodies.
   std::span<const ContactEvent> contact_events() const;
+
+  // Joints that gave way in the last step; they are removed.
+  std::span<const JointBroken> broken_joints() const;
 
   const StepReport& last_report() const;
   std::span<const jobs::TaskRecord> last_tasks() const;  // needs WorldSettings::record_tasks
