@@ -12,46 +12,12 @@ Json stages_json(const std::vector<measure::StageMean>& stages) {
   return json;
 }
 
-Json throughput_json(const measure::ThroughputRow& row) {
-  Json json = {{"mode", to_string(row.mode)},
-               {"workers", row.workers},
-               {"step_ms", to_json(row.step_ms)},
-               {"rep_mean_ms", row.rep_ms},
-               {"speed_up", row.speed_up},
-               {"cpu_ms_per_step", row.cpu_ms_per_step},
-               {"allocations_per_step", row.allocations_per_step},
-               {"state_hash", hash_text(row.state_hash)},
-               {"equal", !row.first_difference.has_value()}};
-  json["first_difference"] = row.first_difference ? Json(*row.first_difference) : Json(nullptr);
-  Json stages = Json::object();
-  for (const StageTime& stage : row.stages) {
-    stages[stage.name] = {
-        {"wall_ms", stage.wall_ms}, {"cpu_ms", stage.cpu_ms}, {"tasks", stage.tasks}};
-  }
-  json["last_step_stages"] = std::move(stages);
-  return json;
-}
-
-Json frame_json(const measure::FrameRow& row) {
-  const measure::FrameSamples& samples = row.samples;
-  const double frames = static_cast<double>(std::max<std::size_t>(1, samples.frames()));
-  return {{"mode", to_string(row.mode)},
-          {"host_ms", row.host_ms},
-          {"frames", samples.frames()},
-          {"frame_ms", to_json(measure::summarize(samples.latency_ms))},
-          {"missed", samples.missed},
-          {"state_age_ms", to_json(measure::summarize(samples.state_age_ms))},
-          {"blocked_ms", to_json(measure::summarize(samples.blocked_ms))},
-          {"helped_ms", to_json(measure::summarize(samples.helped_ms))},
-          {"cpu_ms_per_frame", samples.cpu_ms / frames},
-          {"dropped_steps", samples.dropped_steps}};
-}
-
 }  // namespace
 
 Json to_json(const measure::Machine& machine) {
-  return {{"cpu", machine.cpu},           {"cores", machine.cores}, {"simd", machine.simd},
-          {"compiler", machine.compiler}, {"flags", machine.flags}, {"commit", machine.commit}};
+  return {{"cpu", machine.cpu},       {"cores", machine.cores},       {"simd", machine.simd},
+          {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
+          {"commit", machine.commit}};
 }
 
 Json to_json(const measure::Summary& summary) {
@@ -104,31 +70,6 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"warnings", result.warnings},
           {"interrupted", result.interrupted},
           {"machine", to_json(measure::this_machine())}};
-}
-
-Json to_json(const measure::SceneComparison& comparison) {
-  Json json = {{"scene", comparison.scene},
-               {"bodies", comparison.bodies},
-               {"joints", comparison.joints},
-               {"contacts", comparison.contacts},
-               {"islands", comparison.islands},
-               {"largest_island", comparison.largest_island},
-               {"dt", comparison.dt},
-               {"substeps", comparison.substeps},
-               {"warmup", comparison.warmup},
-               {"steps", comparison.steps},
-               {"reps", comparison.reps},
-               {"equal", comparison.equal()},
-               {"throughput", Json::array()},
-               {"frames", Json::array()},
-               {"frame_differences", Json::array()},
-               {"verdict", comparison.verdict}};
-  for (const auto& row : comparison.throughput) json["throughput"].push_back(throughput_json(row));
-  for (const auto& row : comparison.frames) json["frames"].push_back(frame_json(row));
-  for (const ThreadingMode mode : comparison.frame_differences) {
-    json["frame_differences"].push_back(to_string(mode));
-  }
-  return json;
 }
 
 Json to_trace(const RunIdentity& identity, const measure::RunResult& result) {

@@ -6,9 +6,9 @@
 #include <skerry/snapshot.h>
 #include <skerry/world.h>
 
-#include "apps/measure/compare.h"
 #include "apps/measure/machine.h"
 #include "apps/measure/scene_run.h"
+#include "apps/measure/statistics.h"
 
 namespace skerry::app {
 
@@ -27,8 +27,6 @@ struct RunIdentity {
   bool sleep = true;
 };
 Json to_json(const RunIdentity& identity, const measure::RunResult& result);
-
-Json to_json(const measure::SceneComparison& comparison);
 
 // The trace event format that chrome://tracing and Perfetto read.
 Json to_trace(const RunIdentity& identity, const measure::RunResult& result);
