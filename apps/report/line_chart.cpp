@@ -8,7 +8,7 @@ namespace skerry::report {
 namespace {
 
 constexpr double kWidth = 400, kHeight = 250;
-constexpr double kLeft = 38, kRight = 12, kTop = 14, kBottom = 38;
+constexpr double kLeft = 38, kRight = 12, kTop = 24, kBottom = 38;
 
 double nice_step(double range) {
   const double raw = range / 5;
@@ -66,7 +66,7 @@ class Plot {
           "<text class=tick x=\"{}\" y=\"{:.1f}\" text-anchor=end>{:g}</text>\n",
           kLeft, kWidth - kRight, py(y), py(y), kLeft - 5, py(y) + 4, y);
     }
-    out += fmt::format("<text class=tick x=\"2\" y=\"9\">{}</text>\n", escaped(chart_.y_unit));
+    out += fmt::format("<text class=tick x=\"2\" y=\"12\">{}</text>\n", escaped(chart_.y_unit));
     if (!chart_.series.empty()) {
       for (const Point& point : chart_.series[0].points) {
         out +=

@@ -31,6 +31,12 @@ std::string escaped(const std::string& text) {
 
 std::string number(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
+std::string count(std::uint64_t value) {
+  std::string text = std::to_string(value);
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, ",");
+  return text;
+}
+
 std::string readable(double value) {
   const double size = std::abs(value);
   if (size == 0) return "0";

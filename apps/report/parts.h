@@ -1,6 +1,7 @@
 // Pieces of the page. Text from outside is escaped here and nowhere else.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@ namespace skerry::report {
 
 std::string escaped(const std::string& text);
 std::string number(double value, int digits);
+std::string count(std::uint64_t value);  // "20,481"
 // As many digits as a reader needs: 0.0123, 1.23, 12.3, 123.
 std::string readable(double value);
 

@@ -55,8 +55,8 @@ std::string answer(const Json& results) {
     rows += fmt::format(
         "<div><div><b><a href=\"#{0}\">{0}</a></b><small>{1} bodies, {2} contacts, largest island "
         "{3}</small></div>",
-        escaped(scene.at("scene")), scene.at("bodies").get<int>(), scene.at("contacts").get<int>(),
-        scene.at("largest_island").get<int>());
+        escaped(scene.at("scene")), count(scene.at("bodies")), count(scene.at("contacts")),
+        count(scene.at("largest_island")));
     for (const Json& r : recommendations) rows += cell(scene, r);
     rows += "</div>\n";
   }

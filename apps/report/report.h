@@ -1,12 +1,11 @@
 // The page that people read: one HTML file without any other file or the network.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 
-namespace skerry::report {
+#include "apps/report/results.h"
 
-using Json = nlohmann::ordered_json;
+namespace skerry::report {
 
 // From the contents of results.json (docs/results.schema.json). Throws Json::exception if a key is
 // missing.

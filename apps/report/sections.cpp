@@ -196,11 +196,10 @@ std::string scene_section(const Json& scene, const std::string& colours) {
       "bodies, "
       "{2} joints, {3} contacts, {4} islands (largest {5}) · step 1/{6} s, {7} substeps, {8} steps "
       "after {9}, sleeping off · host work: {10}</p>\n<ul>\n",
-      escaped(scene.at("scene")), scene.at("bodies").get<int>(), scene.at("joints").get<int>(),
-      scene.at("contacts").get<int>(), scene.at("islands").get<int>(),
-      scene.at("largest_island").get<int>(), number(1 / scene.at("dt").get<double>(), 0),
-      scene.at("substeps").get<int>(), scene.at("steps").get<int>(), scene.at("warmup").get<int>(),
-      escaped(scene.at("host_shape")));
+      escaped(scene.at("scene")), count(scene.at("bodies")), count(scene.at("joints")),
+      count(scene.at("contacts")), count(scene.at("islands")), count(scene.at("largest_island")),
+      number(1 / scene.at("dt").get<double>(), 0), scene.at("substeps").get<int>(),
+      scene.at("steps").get<int>(), scene.at("warmup").get<int>(), escaped(scene.at("host_shape")));
   for (const Json& sentence : scene.at("verdict")) {
     out += fmt::format("<li>{}</li>\n", escaped(sentence));
   }

@@ -1,12 +1,15 @@
 // A oneTBB flow graph: one node per stage, an edge for every stage it waits for, parallel_for over
 // the chunks inside the node.
 #include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "apps/schedulers/fork_join_regions.h"
@@ -49,6 +52,9 @@ class FlowGraph final : public jobs::Executor {
         spread_(settings.affinity == jobs::Affinity::spread),
         arena_(settings.workers, 1),
         recorder_(workers_) {
+    if (tbb::info::default_concurrency() < settings.workers) {
+      more_threads_.emplace(tbb::global_control::max_allowed_parallelism, settings.workers);
+    }
     arena_.initialize();
   }
 
@@ -139,6 +145,7 @@ class FlowGraph final : public jobs::Executor {
   std::uint32_t workers_;
   bool spread_;
   std::vector<int> processors_ = jobs::allowed_processors();
+  std::optional<tbb::global_control> more_threads_;
   tbb::task_arena arena_;
   jobs::RunState state_;
   jobs::Pending pending_;

@@ -119,6 +119,4 @@ void check_writable(const std::string& file) {
   if (!std::ofstream(file, std::ios::app)) throw BadInput("cannot write " + file);
 }
 
-std::string hash_text(std::uint64_t hash) { return fmt::format("0x{:016x}", hash); }
-
 }  // namespace skerry::app

@@ -33,6 +33,4 @@ void write_text(const std::string& file, const std::string& text);
 // Fails now rather than after minutes of measuring.
 void check_writable(const std::string& file);
 
-std::string hash_text(std::uint64_t hash);  // "0x0123456789abcdef"
-
 }  // namespace skerry::app

@@ -1,7 +1,5 @@
 // skerry compare: the threading modes side by side.
-#include <fmt/chrono.h>
 #include <fmt/core.h>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -12,16 +10,17 @@
 #include "apps/measure/process_meter.h"
 #include "apps/measure/scheduling_cost.h"
 #include "apps/measure/verdict.h"
-#include "apps/report/report.h"
+#include "apps/report/baseline.h"
+#include "apps/report/results.h"
 #include "apps/skerry/arguments.h"
-#include "apps/skerry/baseline.h"
 #include "apps/skerry/commands.h"
-#include "apps/skerry/compare_json.h"
 #include "apps/skerry/compare_table.h"
 #include "apps/skerry/terminal.h"
 
 namespace skerry::app {
 namespace {
+
+using report::Json;
 
 struct CompareArguments {
   std::vector<std::string> scenes;
@@ -94,6 +93,11 @@ Json read_baseline(const std::string& file) {
   text << input.rdbuf();
   Json json = Json::parse(text.str(), nullptr, false);
   if (json.is_discarded()) throw BadInput("--baseline: " + file + " is not JSON");
+  try {
+    report::compare_with_baseline(json, json, 0);
+  } catch (const std::exception& error) {
+    throw BadInput("--baseline: " + file + ": " + error.what());
+  }
   return json;
 }
 
@@ -126,44 +130,24 @@ void run_plan(const measure::Plan& plan, const std::vector<scenes::SceneDesc>& s
     done_s += plan.seconds[i];
     progress.clear();
     print_comparison(comparison);
-    results["equal"] = results["equal"].get<bool>() && comparison.equal();
-    results["scenes"].push_back(to_json(comparison));
+    report::add(results, comparison);
   }
-}
-
-void write_files(const std::filesystem::path& directory, const Json& results) {
-  const auto path = [&](const std::string& name) { return (directory / name).string(); };
-  write_text(path("results.json"), results.dump(1) + "\n");
-  write_text(path("report.html"), report::html(results));
-  int traces = 0;
-  for (const Json& scene : results.at("scenes")) {
-    const std::string name = scene.at("scene");
-    for (const Json& timeline : scene.at("timelines")) {
-      write_text(path(trace_name(name, timeline.at("label"))),
-                 to_trace(timeline, name).dump() + "\n");
-      ++traces;
-    }
-  }
-  fmt::print("\nwrote {}, results.json and {} traces\n", path("report.html"), traces);
 }
 
 int print_baseline(const CompareArguments& arguments, const Json& before, const Json& now) {
-  const BaselineComparison changes = compare_with_baseline(before, now, arguments.tolerance / 100);
+  const report::BaselineComparison changes =
+      report::compare_with_baseline(before, now, arguments.tolerance / 100);
   fmt::print("\nAgainst {} ({}): {} figures compared, {} changed beyond noise\n",
              arguments.baseline, before.at("machine").at("commit").get<std::string>(),
              changes.compared, changes.changes.size());
   if (!changes.same_machine) {
     fmt::print("  measured on another machine: only speed-ups are compared\n");
   }
-  for (const Change& change : changes.changes) {
+  for (const report::Change& change : changes.changes) {
     fmt::print("  {} {}: {:.4g} -> {:.4g} ({:+.0f} %)\n", change.worse ? "WORSE " : "better",
                change.what, change.before, change.now, 100 * (change.now / change.before - 1));
   }
   return changes.regressed() ? kFailedCheck : kOk;
-}
-
-std::string local_time() {
-  return fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::time(nullptr)));
 }
 
 int compare(const CompareArguments& arguments) {
@@ -172,7 +156,6 @@ int compare(const CompareArguments& arguments) {
   for (const std::string& name : names) scenes.push_back(load(name));
   options_of(arguments);  // complains before anything is written
   const Json before = read_baseline(arguments.baseline);
-  if (!before.is_null()) compare_with_baseline(before, before, 0);
   const std::filesystem::path directory = make_directory(arguments.directory);
 
   const measure::Machine machine = measure::this_machine();
@@ -186,27 +169,19 @@ int compare(const CompareArguments& arguments) {
   fmt::print("about {:.0f} s{}\n", plan.total_s, plan.cut.empty() ? "" : "; " + plan.cut);
   std::fflush(stdout);
 
-  Json results = {{"format", "skerry-compare"},
-                  {"version", kResultsVersion},
-                  {"command", arguments.command_line},
-                  {"started", local_time()},
-                  {"seconds", 0},
-                  {"machine", to_json(machine)},
-                  {"options", to_json(plan.options.front())},
-                  {"cut", plan.cut},
-                  {"interrupted", false},
-                  {"equal", true},
-                  {"scheduling", Json::array()},
-                  {"scenes", Json::array()}};
+  Json results = report::begin_results(arguments.command_line, plan.options.front());
+  results["cut"] = plan.cut;
   run_plan(plan, scenes, host, results);
   if (!InterruptGuard::interrupted()) {
     for (const auto& cost : measure::scheduling_costs(plan.options.front())) {
-      results["scheduling"].push_back(to_json(cost));
+      report::add(results, cost);
     }
   }
   results["interrupted"] = InterruptGuard::interrupted();
   results["seconds"] = 1e-9 * static_cast<double>(measure::now_ns() - begin_ns);
-  write_files(directory, results);
+  const int traces = report::write_files(directory, results);
+  fmt::print("\nwrote {}, results.json and {} traces\n", (directory / "report.html").string(),
+             traces);
   const int status = before.is_null() ? kOk : print_baseline(arguments, before, results);
   return results.at("equal").get<bool>() ? status : kFailedCheck;
 }

@@ -1,7 +1,6 @@
 #include "apps/skerry/compare_table.h"
 
 #include <fmt/core.h>
-#include <cctype>
 #include <cstdio>
 
 namespace skerry::app {
@@ -74,15 +73,6 @@ void print_comparison(const measure::SceneComparison& comparison) {
   print_frames(comparison, comparison.one_at_a_time, ", one setting");
   for (const std::string& sentence : comparison.verdict) fmt::print("  * {}\n", sentence);
   std::fflush(stdout);
-}
-
-std::string trace_name(const std::string& scene, const std::string& label) {
-  std::string name = "trace_" + scene + "_" + label + ".json";
-  for (char& c : name) {
-    const bool fits = std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_';
-    if (!fits) c = '_';
-  }
-  return name;
 }
 
 }  // namespace skerry::app

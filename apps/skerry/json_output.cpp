@@ -1,7 +1,8 @@
 #include "apps/skerry/json_output.h"
 
+#include "apps/measure/machine.h"
 #include "apps/measure/process_meter.h"
-#include "apps/skerry/arguments.h"
+#include "apps/measure/statistics.h"
 
 namespace skerry::app {
 namespace {
@@ -14,27 +15,13 @@ Json stages_json(const std::vector<measure::StageMean>& stages) {
 
 }  // namespace
 
-Json to_json(const measure::Machine& machine) {
-  return {{"cpu", machine.cpu},       {"cores", machine.cores},       {"simd", machine.simd},
-          {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
-          {"commit", machine.commit}};
-}
-
-Json to_json(const measure::Summary& summary) {
-  return {{"mean", summary.mean},
-          {"p50", summary.p50},
-          {"p95", summary.p95},
-          {"p99", summary.p99},
-          {"max", summary.max}};
-}
-
 Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
   const auto steps = result.step_ms.size();
   const double per_step = 1 / static_cast<double>(std::max<std::size_t>(1, steps));
   const Measures& measures = result.measures;
   Json hashes = Json::array();
   for (const auto& [step, hash] : result.hashes) {
-    hashes.push_back({{"step", step}, {"hash", hash_text(hash)}});
+    hashes.push_back({{"step", step}, {"hash", report::hash_text(hash)}});
   }
   return {{"scene", identity.scene},
           {"mode", to_string(identity.mode)},
@@ -54,12 +41,12 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"islands", result.last.islands},
           {"largest_island", result.last.largest_island},
           {"fallback_pairs", result.last.fallback_pairs},
-          {"step_ms", to_json(measure::summarize(result.step_ms))},
+          {"step_ms", report::to_json(measure::summarize(result.step_ms))},
           {"stages_ms", stages_json(result.stages)},
           {"cpu_ms_per_step", result.cpu_ms * per_step},
           {"peak_rss_mb", measure::peak_rss_mb()},
           {"allocations_per_step", static_cast<double>(result.allocations) * per_step},
-          {"state_hash", hash_text(result.state_hash)},
+          {"state_hash", report::hash_text(result.state_hash)},
           {"hashes", std::move(hashes)},
           {"penetration_mm",
            {{"mean", 1e3 * measures.penetration_mean}, {"max", 1e3 * measures.penetration_max}}},
@@ -69,43 +56,7 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"angular_momentum", measures.angular_momentum},
           {"warnings", result.warnings},
           {"interrupted", result.interrupted},
-          {"machine", to_json(measure::this_machine())}};
-}
-
-Json to_trace(const RunIdentity& identity, const measure::RunResult& result) {
-  std::int64_t origin = 0;
-  for (const measure::StepTasks& step : result.tasks) {
-    for (const jobs::TaskRecord& task : step.tasks) {
-      if (origin == 0 || task.begin_ns < origin) origin = task.begin_ns;
-    }
-  }
-  const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
-  Json events = Json::array();
-  for (int worker = 0; worker < identity.workers; ++worker) {
-    events.push_back({{"name", "thread_name"},
-                      {"ph", "M"},
-                      {"pid", 1},
-                      {"tid", worker},
-                      {"args", {{"name", "worker " + std::to_string(worker)}}}});
-  }
-  for (const measure::StepTasks& step : result.tasks) {
-    for (const jobs::TaskRecord& task : step.tasks) {
-      events.push_back({{"name", task.name},
-                        {"cat", "step"},
-                        {"ph", "X"},
-                        {"pid", 1},
-                        {"tid", task.worker},
-                        {"ts", us(task.begin_ns - origin)},
-                        {"dur", us(task.end_ns - task.begin_ns)},
-                        {"args",
-                         {{"step", step.step},
-                          {"first_item", task.first_item},
-                          {"item_count", task.item_count}}}});
-    }
-  }
-  return {{"traceEvents", std::move(events)},
-          {"displayTimeUnit", "ms"},
-          {"otherData", {{"scene", identity.scene}, {"mode", to_string(identity.mode)}}}};
+          {"machine", report::to_json(measure::this_machine())}};
 }
 
 }  // namespace skerry::app

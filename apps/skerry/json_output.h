@@ -1,21 +1,15 @@
 // Result files: docs/cli.md lists their keys.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include <skerry/snapshot.h>
 #include <skerry/world.h>
 
-#include "apps/measure/machine.h"
 #include "apps/measure/scene_run.h"
-#include "apps/measure/statistics.h"
+#include "apps/report/results.h"
 
 namespace skerry::app {
 
-using Json = nlohmann::ordered_json;
-
-Json to_json(const measure::Machine& machine);
-Json to_json(const measure::Summary& summary);
+using report::Json;
 
 struct RunIdentity {
   std::string scene;

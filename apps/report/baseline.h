@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/skerry/json_output.h"
+#include "apps/report/results.h"
 
-namespace skerry::app {
+namespace skerry::report {
 
 struct Change {
   std::string what;  // "islands, job_system, 4 ms of host work: frame time p95"
@@ -24,8 +24,9 @@ struct BaselineComparison {
 // A change is one beyond noise: the 95 % intervals do not overlap and the figures differ by more than
 // `tolerance` (a share). Rows match by scene, label and host load. Compared are the median step and
 // the speed-up of every row, and of frames the 95th percentiles of frame time and of input to
-// visible, and whether the rate is held. Throws BadInput if `before` is not a results.json of this
+// visible, and whether the rate is held. Throws
+// std::invalid_argument if `before` is not a results.json of this
 // version.
 BaselineComparison compare_with_baseline(const Json& before, const Json& now, double tolerance);
 
-}  // namespace skerry::app
+}  // namespace skerry::report

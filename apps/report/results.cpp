@@ -1,12 +1,19 @@
-#include "apps/skerry/compare_json.h"
+#include "apps/report/results.h"
+
+#include <fmt/chrono.h>
+#include <fmt/core.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
 
 #include "apps/measure/verdict.h"
-#include "apps/skerry/arguments.h"
+#include "apps/report/report.h"
 
-namespace skerry::app {
+namespace skerry::report {
 namespace {
 
 using measure::Estimate;
@@ -156,7 +163,98 @@ Json recommendation_json(const measure::LoadVerdict& verdict) {
   return json;
 }
 
+Json options_json(const measure::CompareOptions& options) {
+  Json affinity = Json::array();
+  for (const Affinity value : options.axes.affinity) {
+    affinity.push_back(value == Affinity::spread ? "spread" : "none");
+  }
+  return {{"workers", options.axes.workers},
+          {"spin_us", options.axes.spin_us},
+          {"affinity", std::move(affinity)},
+          {"wake_ahead_ms", options.axes.wake_ahead_ms},
+          {"host_ms", options.host_ms},
+          {"host_shape", to_string(options.host_shape)},
+          {"reps", options.reps},
+          {"steps", options.steps},
+          {"warmup", options.warmup},
+          {"frames", options.frames},
+          {"sleep", options.sleep}};
+}
+
+std::string trace_name(const std::string& scene, const std::string& label) {
+  std::string name = "trace_" + scene + "_" + label + ".json";
+  for (char& c : name) {
+    const bool fits = std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_';
+    if (!fits) c = '_';
+  }
+  return name;
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream output(file, std::ios::binary);
+  output << text;
+  if (!output.flush()) throw std::runtime_error("cannot write " + file.string());
+}
+
 }  // namespace
+
+std::string hash_text(std::uint64_t hash) { return fmt::format("0x{:016x}", hash); }
+
+Json to_json(const measure::Machine& machine) {
+  return {{"cpu", machine.cpu},       {"cores", machine.cores},       {"simd", machine.simd},
+          {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
+          {"commit", machine.commit}};
+}
+
+Json to_json(const measure::Summary& summary) {
+  return {{"mean", summary.mean},
+          {"p50", summary.p50},
+          {"p95", summary.p95},
+          {"p99", summary.p99},
+          {"max", summary.max}};
+}
+
+Json begin_results(const std::string& command, const measure::CompareOptions& options) {
+  return {{"format", "skerry-compare"},
+          {"version", kResultsVersion},
+          {"command", command},
+          {"started", fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::time(nullptr)))},
+          {"seconds", 0},
+          {"machine", to_json(measure::this_machine())},
+          {"options", options_json(options)},
+          {"cut", ""},
+          {"interrupted", false},
+          {"equal", true},
+          {"scheduling", Json::array()},
+          {"scenes", Json::array()}};
+}
+
+void add(Json& results, const measure::SceneComparison& comparison) {
+  results["equal"] = results["equal"].get<bool>() && comparison.equal();
+  results["scenes"].push_back(to_json(comparison));
+}
+
+void add(Json& results, const measure::SchedulingCost& cost) {
+  Json json = strategy_json(cost.strategy);
+  json["empty_step_us"] = to_json(cost.empty_step_us);
+  json["empty_tasks_us"] = cost.empty_tasks_us ? to_json(*cost.empty_tasks_us) : Json(nullptr);
+  results["scheduling"].push_back(std::move(json));
+}
+
+int write_files(const std::filesystem::path& directory, const Json& results) {
+  write_text(directory / "results.json", results.dump(1) + "\n");
+  write_text(directory / "report.html", html(results));
+  int traces = 0;
+  for (const Json& scene : results.at("scenes")) {
+    const std::string name = scene.at("scene");
+    for (const Json& timeline : scene.at("timelines")) {
+      write_text(directory / trace_name(name, timeline.at("label")),
+                 to_trace(timeline, name).dump() + "\n");
+      ++traces;
+    }
+  }
+  return traces;
+}
 
 Json to_json(const measure::SceneComparison& comparison) {
   Json json = {{"scene", comparison.scene},
@@ -198,31 +296,6 @@ Json to_json(const measure::SceneComparison& comparison) {
   return json;
 }
 
-Json to_json(const measure::SchedulingCost& cost) {
-  Json json = strategy_json(cost.strategy);
-  json["empty_step_us"] = to_json(cost.empty_step_us);
-  json["empty_tasks_us"] = cost.empty_tasks_us ? to_json(*cost.empty_tasks_us) : Json(nullptr);
-  return json;
-}
-
-Json to_json(const measure::CompareOptions& options) {
-  Json affinity = Json::array();
-  for (const Affinity value : options.axes.affinity) {
-    affinity.push_back(value == Affinity::spread ? "spread" : "none");
-  }
-  return {{"workers", options.axes.workers},
-          {"spin_us", options.axes.spin_us},
-          {"affinity", std::move(affinity)},
-          {"wake_ahead_ms", options.axes.wake_ahead_ms},
-          {"host_ms", options.host_ms},
-          {"host_shape", to_string(options.host_shape)},
-          {"reps", options.reps},
-          {"steps", options.steps},
-          {"warmup", options.warmup},
-          {"frames", options.frames},
-          {"sleep", options.sleep}};
-}
-
 Json to_trace(const Json& timeline, const std::string& scene) {
   Json events = Json::array();
   const auto& tracks = timeline.at("tracks");
@@ -257,4 +330,4 @@ Json to_trace(const Json& timeline, const std::string& scene) {
        {{"scene", scene}, {"mode", timeline.at("label")}, {"host_ms", timeline.at("host_ms")}}}};
 }
 
-}  // namespace skerry::app
+}  // namespace skerry::report

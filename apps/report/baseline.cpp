@@ -1,13 +1,11 @@
-#include "apps/skerry/baseline.h"
+#include "apps/report/baseline.h"
 
 #include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
-#include "apps/skerry/commands.h"
-#include "apps/skerry/compare_json.h"
-
-namespace skerry::app {
+namespace skerry::report {
 namespace {
 
 struct Figure {
@@ -79,8 +77,8 @@ bool BaselineComparison::regressed() const {
 BaselineComparison compare_with_baseline(const Json& before, const Json& now, double tolerance) {
   if (!before.is_object() || before.value("format", "") != "skerry-compare" ||
       before.value("version", 0) != kResultsVersion) {
-    throw BadInput(
-        fmt::format("--baseline: must be a results.json of version {}", kResultsVersion));
+    throw std::invalid_argument(
+        fmt::format("must be a results.json of version {}", kResultsVersion));
   }
   BaselineComparison result;
   for (const char* key : {"cpu", "cores"}) {
@@ -103,4 +101,4 @@ BaselineComparison compare_with_baseline(const Json& before, const Json& now, do
   return result;
 }
 
-}  // namespace skerry::app
+}  // namespace skerry::report
