@@ -42,15 +42,21 @@ const WorldSettings& checked(const WorldSettings& settings) {
 }
 
 // Milliseconds, counts and names from the run, into storage that exists already.
-void fill_times(const jobs::RunReport& run, StepReport& report) {
+void fill_times(const pipeline::WorldData& world, StepReport& report) {
+  const jobs::RunReport& run = world.run;
+  report.begin_ns = run.begin_ns;
   report.step_ms = 1e-6 * double(run.end_ns - run.begin_ns);
   report.blocked_ms = 1e-6 * double(run.blocked_ns);
   report.helped_ms = 1e-6 * double(run.helped_ns);
+  report.idle_ms =
+      report.step_ms * world.executor->worker_count() + 1e-6 * double(run.phase_wait_ns);
   report.stage_count = static_cast<std::uint32_t>(run.stages.size());
   for (std::uint32_t i = 0; i < report.stage_count; ++i) {
     const jobs::StageTiming& stage = run.stages[i];
     report.stage_storage[i] = {stage.name, 1e-6 * double(stage.end_ns - stage.begin_ns),
-                               1e-6 * double(stage.busy_ns), stage.tasks};
+                               1e-6 * double(stage.busy_ns), stage.tasks,
+                               world.graph.follows_per_item(i)};
+    report.idle_ms -= report.stage_storage[i].cpu_ms;
   }
 }
 
@@ -117,9 +123,10 @@ void World::Impl::end() {
   report.step = step_count;
   report.dt = context.dt;
   report.time = time;
-  fill_times(run, report);
+  fill_times(*this, report);
   fill_counts(*this, report);
   queries.end_step(true);
+  if (settings.after_step) settings.after_step(report, run.tasks);
 }
 
 void World::Impl::make_step(double dt) {

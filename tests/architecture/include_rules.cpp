@@ -29,7 +29,7 @@ const std::string kJobsThirdParty = kPosix;
 const std::string kTbbThirdParty = std::string("tbb/.*|oneapi/.*|") + kPosix;
 const std::string kPipelineThirdParty = std::string("Eigen/.*|zstd\\.h|xxhash\\.h|") + kPosix;
 const std::string kProgramThirdParty =
-    std::string("Eigen/.*|CLI/.*|fmt/.*|nlohmann/.*|zstd\\.h|") + kPosix;
+    std::string("Eigen/.*|CLI/.*|fmt/.*|nlohmann/.*|zstd\\.h|malloc\\.h|") + kPosix;
 const std::string kModesThirdParty = kProgramThirdParty + "|benchmark/.*";
 const std::string kPeersThirdParty =
     kProgramThirdParty + "|bt.*\\.h|Bullet.*|LinearMath/.*|ode/.*|bullet/.*";
@@ -70,6 +70,11 @@ const std::vector<Rule>& rules() {
        "scenes uses the public API: <skerry/...> and scenes"},
       {"apps/embed_jobs_only/.*", "skerry/(jobs\\.h|jobs/.*)|apps/embed_jobs_only/.*", kPosix, "",
        "this example shows skerry::jobs alone"},
+      {"apps/schedulers/.*",
+       "skerry/.*|apps/schedulers/.*|jobs/(machine|recorder|run_state)\\.h|"
+       "pipeline/threading_mode\\.h",
+       "oneapi/.*|omp\\.h", "",
+       "other schedulers for the step: executors on skerry::jobs' own parts and foreign libraries"},
       {"apps/.*", "skerry/.*|scenes/.*|apps/.*|cmake/build_info/.*", kProgramThirdParty.c_str(), "",
        "programs use the public API: <skerry/...> and scenes"},
       {"bench/modes/.*",
