@@ -325,8 +325,11 @@ Touching cast_core(const ConvexCore& a, const V3d& translation, double most, con
     // Where they touch, the planes across the last normal do: it was with them that a came here. The
     // nearest points, by now too near each other, would tell it less well.
     const bool touches = distance <= kTouch * size;
-    const double old_gap = plane_gap(a, translation * t, b, normal);
-    if (i == 0 || (!touches && now.gap > old_gap)) normal = now.normal;
+    double gap = i == 0 ? -HUGE_VAL : plane_gap(a, translation * t, b, normal);
+    if (i == 0 || (!touches && now.gap > gap)) {
+      normal = now.normal;
+      gap = now.gap;
+    }
     const double closing = dot(normal, translation);
     if (closing <= 1e-14 * length(translation)) return touching;  // on the way apart
     if (touches) {
@@ -335,7 +338,7 @@ Touching cast_core(const ConvexCore& a, const V3d& translation, double most, con
       touching.hit = touching.fraction <= most;
       return touching;
     }
-    t += std::max(std::max(now.gap, old_gap) - radii, 0.25 * kTouch * size) / closing;
+    t += std::max(gap - radii, 0.25 * kTouch * size) / closing;
     if (t > most) return touching;
   }
   return touching;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/vec.h"
 #include "tests/collision/query_oracle.h"
 #include "tests/collision/query_random.h"
 
@@ -146,8 +145,7 @@ TEST(RayCast, OfAMeshIsTheNearestOfAllTriangles) {
                         .position = pose.position,
                         .orientation = pose.orientation});
   std::vector<Vec3> placed;
-  for (const Vec3& v : mesh->vertices)
-    placed.push_back(pose.orientation * core::to_double(core::to_float(v)) + pose.position);
+  for (const Vec3& v : mesh->vertices) placed.push_back(pose.orientation * v + pose.position);
   int hits = 0;
   for (int i = 0; i < 2000; ++i) {
     const RayCast ray{random.vector(9), random.vector(16)};

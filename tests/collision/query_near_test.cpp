@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "core/vec.h"
 #include "tests/collision/query_oracle.h"
 #include "tests/collision/query_random.h"
 
@@ -95,8 +94,7 @@ TEST(Closest, OfAPointAndASurfaceIsTheNearestOfAllTriangles) {
                         .position = pose.position,
                         .orientation = pose.orientation});
   std::vector<Vec3> placed;
-  for (const Vec3& v : mesh->vertices)
-    placed.push_back(pose.orientation * core::to_double(core::to_float(v)) + pose.position);
+  for (const Vec3& v : mesh->vertices) placed.push_back(pose.orientation * v + pose.position);
   for (int i = 0; i < 500; ++i) {
     const Vec3 point = pose.position + random.vector(8);
     double best = 1e300;

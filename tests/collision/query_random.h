@@ -24,7 +24,8 @@ class QueryRandom {
 
 inline constexpr int kConvexKinds = 7;
 ShapeGeometry random_convex(QueryRandom& random, int kind);
-// A wavy open mesh of 2 * cells^2 triangles, `size` across; and as a height field.
+// A wavy open mesh of 2 * cells^2 triangles, `size` across, its vertices floats as the engine keeps
+// them; and the same as a height field.
 std::shared_ptr<MeshData> wavy_mesh(int cells, double size);
 HeightField wavy_field(int cells, double size);
 
