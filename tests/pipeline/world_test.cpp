@@ -378,6 +378,48 @@ TEST(DedicatedThread, what_a_step_throws_comes_out_of_stop) {
   EXPECT_FALSE(world.running());
 }
 
+TEST_P(EveryMode, tells_every_step_to_a_callback_on_the_thread_that_made_it) {
+  struct Told {
+    std::uint64_t step;
+    std::thread::id thread;
+    double idle_ms;
+    std::size_t tasks;
+  };
+  std::vector<Told> told;
+  WorldSettings settings = {.record_tasks = true};
+  settings.after_step = [&](const StepReport& report, std::span<const jobs::TaskRecord> tasks) {
+    told.push_back({report.step, std::this_thread::get_id(), report.idle_ms, tasks.size()});
+    EXPECT_GT(report.begin_ns, 0);
+  };
+  World world = make_world(GetParam(), settings);
+  add_floor(world);
+  add_box(world, {0, 1, 0});
+  for (int i = 0; i < 3; ++i) step(world, kDt);
+  ASSERT_EQ(told.size(), 3u);
+  const bool dedicated = GetParam().mode == ThreadingMode::dedicated_thread ||
+                         GetParam().mode == ThreadingMode::dedicated_thread_jobs;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].step, i + 1);
+    EXPECT_EQ(told[i].thread != std::this_thread::get_id(), dedicated);
+    EXPECT_GT(told[i].idle_ms, -1e-6);
+    EXPECT_GT(told[i].tasks, 5u);
+  }
+}
+
+TEST_P(EveryMode, what_the_step_callback_throws_reaches_the_caller) {
+  bool angry = true;
+  WorldSettings settings;
+  settings.after_step = [&](const StepReport&, std::span<const jobs::TaskRecord>) {
+    if (angry) throw std::runtime_error("callback");
+  };
+  World world = make_world(GetParam(), settings);
+  add_box(world, {0, 1, 0});
+  EXPECT_THROW(step(world, kDt), std::runtime_error);
+  angry = false;
+  step(world, kDt);
+  EXPECT_EQ(world.step_count(), 2u);
+}
+
 TEST(ManyWorlds, live_side_by_side) {
   std::vector<World> worlds;
   for (int i = 0; i < 64; ++i) {
