@@ -36,25 +36,36 @@ std::uint32_t crossing_id(std::uint32_t a, std::uint32_t b, std::uint32_t plane)
   return ((h ^ (h >> 15)) & 0x3fffffffu) | 0x40000000u;
 }
 
+// Heights of a polygon's corners over a plane.
+struct Heights {
+  float at[kMaxCorners];
+  bool all_inside = true;
+
+  Heights(const Polygon& polygon, const V3f& outward, float offset) {
+    for (std::uint32_t i = 0; i < polygon.count; ++i) {
+      at[i] = dot(outward, polygon.corners[i].position) - offset;
+      all_inside &= at[i] <= 0;
+    }
+  }
+};
+
 // Keeps what lies on the inner side of a plane (Sutherland and Hodgman). `closed`: a polygon, else
 // a line of two corners.
-void cut(const Polygon& from, const V3f& outward, float offset, std::uint32_t plane, bool closed,
+void cut(const Polygon& from, const Heights& heights, std::uint32_t plane, bool closed,
          Polygon& to) {
   to.count = 0;
   const std::uint32_t edges = closed ? from.count : from.count - 1;
-  const auto height = [&](std::uint32_t i) {
-    return dot(outward, from.corners[i].position) - offset;
-  };
   for (std::uint32_t i = 0; i < edges; ++i) {
     const std::uint32_t j = i + 1 < from.count ? i + 1 : 0;
     const PolygonCorner &tail = from.corners[i], &head = from.corners[j];
-    const float h0 = height(i), h1 = height(j);
+    const float h0 = heights.at[i], h1 = heights.at[j];
     if (h0 <= 0) to.add(tail.position, tail.id);
     if ((h0 <= 0) != (h1 <= 0))
       to.add(tail.position + (head.position - tail.position) * (h0 / (h0 - h1)),
              crossing_id(tail.id, head.id, plane));
   }
-  if (!closed && height(edges) <= 0) to.add(from.corners[edges].position, from.corners[edges].id);
+  if (!closed && heights.at[edges] <= 0)
+    to.add(from.corners[edges].position, from.corners[edges].id);
 }
 
 V3f polygon_normal(const Feature& polygon, const V3f& outward) {
@@ -96,8 +107,8 @@ void clip_lines(const Feature& a, const Feature& b, const V3f& normal, PointList
 
 }  // namespace
 
-void clip_against(const Feature& reference, const Feature& incident, const V3f& outward,
-                  bool a_is_reference, PointList& list) {
+void clip_against(const Feature& reference, const V3f& face, const Feature& incident,
+                  const V3f& outward, bool a_is_reference, PointList& list) {
   Polygon polygons[2];
   Polygon *now = &polygons[0], *next = &polygons[1];
   for (std::uint32_t i = 0; i < incident.count; ++i) now->add(incident.points[i], incident.ids[i]);
@@ -106,13 +117,13 @@ void clip_against(const Feature& reference, const Feature& incident, const V3f& 
   for (std::uint32_t i = 0; i < reference.count && now->count > 0; ++i) {
     const V3f tail = reference.points[i];
     const V3f head = reference.points[i + 1 < reference.count ? i + 1 : 0];
-    const V3f side = direction(cross(head - tail, outward), {0, 0, 0});
-    cut(*now, side, dot(side, tail) + tolerance, reference.ids[i], closed, *next);
+    const V3f side = cross(head - tail, outward);
+    const Heights heights(*now, side, dot(side, tail) + tolerance * core::length(side));
+    if (heights.all_inside) continue;
+    cut(*now, heights, reference.ids[i], closed, *next);
     std::swap(now, next);
     if (!closed && now->count == 1) break;
   }
-  // Along the contact normal, which need not be quite that of the face.
-  const V3f face = polygon_normal(reference, outward);
   const float scale = 1 / std::max(dot(face, outward), 0.1f);
   const std::uint32_t side = a_is_reference ? 0 : 0x80000000u;
   for (std::uint32_t i = 0; i < now->count; ++i) {
@@ -127,14 +138,14 @@ void clip_features(const Feature& a, const Feature& b, const V3f& normal, PointL
     clip_lines(a, b, normal, list);
   } else if (a.count > 2 && b.count > 1) {
     // The face that is more at right angles to the normal gives the plane; a's if they tie.
-    const bool b_is_flatter = b.count > 2 && dot(polygon_normal(b, -normal), -normal) >
-                                                 dot(polygon_normal(a, normal), normal) + 1e-3f;
-    if (b_is_flatter)
-      clip_against(b, a, -normal, false, list);
+    const V3f face_a = polygon_normal(a, normal);
+    const V3f face_b = b.count > 2 ? polygon_normal(b, -normal) : normal;
+    if (dot(face_b, -normal) > dot(face_a, normal) + 1e-3f)
+      clip_against(b, face_b, a, -normal, false, list);
     else
-      clip_against(a, b, normal, true, list);
+      clip_against(a, face_a, b, normal, true, list);
   } else if (b.count > 2 && a.count > 1) {
-    clip_against(b, a, -normal, false, list);
+    clip_against(b, polygon_normal(b, -normal), a, -normal, false, list);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "collision/narrowphase_kernels.h"
+#include "collision/polytope_axes.h"
 
 namespace skerry::collision {
 
@@ -145,27 +146,6 @@ void box_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) 
   }
 }
 
-void hull_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) {
-  const HullGeometry& hull = *shape.collider->hull;
-  const V3f t = transposed_times(shape.axes, toward);
-  const HullGeometry::Face* facing = hull.faces.data();
-  float best = -2;
-  for (const HullGeometry::Face& face : hull.faces) {
-    const float cosine = dot(face.normal, t);
-    if (cosine > best) {
-      best = cosine;
-      facing = &face;
-    }
-  }
-  // Faces of more corners than fit are thinned out evenly.
-  const std::uint32_t kept = std::min<std::uint32_t>(facing->count, Feature::kMaxPoints);
-  for (std::uint32_t i = 0; i < kept; ++i) {
-    const std::uint16_t vertex =
-        hull.face_vertices[facing->first + i * std::uint32_t{facing->count} / kept];
-    add(feature, shape.center + shape.axes * hull.vertices[vertex], vertex);
-  }
-}
-
 void ellipsoid_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) {
   const V3f s = shape.collider->size, t = transposed_times(shape.axes, toward);
   const V3f scaled{s.x * t.x, s.y * t.y, s.z * t.z};
@@ -174,6 +154,19 @@ void ellipsoid_feature(const PlacedShape& shape, const V3f& toward, Feature& fea
 }
 
 }  // namespace
+
+void face_feature(const PlacedShape& shape, std::uint32_t index, Feature& feature) {
+  const HullGeometry& hull = *shape.collider->hull;
+  const HullGeometry::Face& face = hull.faces[index];
+  // Faces of more corners than fit are thinned out evenly.
+  const std::uint32_t kept = std::min<std::uint32_t>(face.count, Feature::kMaxPoints);
+  feature.count = 0;
+  for (std::uint32_t i = 0; i < kept; ++i) {
+    const std::uint32_t corner = kept == face.count ? i : i * std::uint32_t{face.count} / kept;
+    const std::uint16_t vertex = hull.face_vertices[face.first + corner];
+    add(feature, shape.center + shape.axes * hull.vertices[vertex], vertex);
+  }
+}
 
 void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& feature) {
   feature.count = 0;
@@ -201,7 +194,10 @@ void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& featur
       ellipsoid_feature(shape, toward, feature);
       break;
     case ShapeType::hull:
-      hull_feature(shape, toward, feature);
+      face_feature(
+          shape,
+          facing_face(shape.collider->hull->lanes->view, transposed_times(shape.axes, toward)),
+          feature);
       break;
     case ShapeType::plane:
     case ShapeType::mesh:

@@ -82,7 +82,11 @@ class PointList {
  public:
   static constexpr std::uint32_t kCapacity = 64;
 
-  PointList(const Query& query, const V3f& normal) : query_(query), normal_(normal) {}
+  PointList(const Query& query, const V3f& normal)
+      : query_(query),
+        normal_(normal),
+        speed_(core::dot(normal, query.linear)),
+        gradient_(core::cross(normal, query.angular)) {}
   void add(const V3f& position, float separation, std::uint32_t feature);
   std::uint32_t size() const { return count_; }
   ContactPoint* begin() { return points_; }
@@ -94,6 +98,8 @@ class PointList {
  private:
   const Query& query_;
   V3f normal_;
+  float speed_;   // m/s, normal velocity at the frame's origin
+  V3f gradient_;  // 1/s, of the normal velocity over places
   std::uint32_t count_ = 0;
   ContactPoint points_[kCapacity];
 };
@@ -128,6 +134,8 @@ struct Feature {
   std::uint16_t ids[kMaxPoints];  // the same for the same place of the shape
 };
 void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& feature);
+// One face of a hull.
+void face_feature(const PlacedShape& hull, std::uint32_t face, Feature& feature);
 
 // How far a convex shape reaches from its frame's origin along a direction (of any length).
 float extent(const PlacedShape& shape, const V3f& along);
@@ -142,9 +150,10 @@ Corner farthest_corner(const PlacedShape& shape, const V3f& along);
 // The stretch of one feature that lies over the other, seen along `normal` (from a to b), with its
 // separations. Needs a polygon or two lines; adds nothing else.
 void clip_features(const Feature& a, const Feature& b, const V3f& normal, PointList& list);
-// The same with the polygon of one side (`a_is_reference`) given as the plane to measure from.
-void clip_against(const Feature& reference, const Feature& incident, const V3f& outward,
-                  bool a_is_reference, PointList& list);
+// The same with the polygon of one side (`a_is_reference`) given as the plane to measure from; `face`
+// is its normal, which need not be quite the contact's, `outward`.
+void clip_against(const Feature& reference, const V3f& face, const Feature& incident,
+                  const V3f& outward, bool a_is_reference, PointList& list);
 
 // Any convex shape against a plane: the points of its feature that faces the plane.
 void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);

@@ -71,10 +71,11 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
 // Upper bound of the speed at which any two points of the pair can close in on each other.
 float closing_bound(const StepContext& step, const core::ContactPair& pair, const V3f& linear) {
   const auto spin = [&](core::BodyIndex body, core::ColliderIndex collider) {
-    const V3f angular = to_float(step.bodies->motion[body].angular);
-    const float squared = dot(angular, angular);
-    if (squared == 0) return 0.0f;
-    return std::sqrt(squared) * reach(step.colliders->rows[collider], step.bodies->mass[body]);
+    // The 1-norm spares a root.
+    const V3f w = to_float(step.bodies->motion[body].angular);
+    const float rate = (std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z);
+    if (rate == 0) return 0.0f;
+    return rate * reach(step.colliders->rows[collider], step.bodies->mass[body]);
   };
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
 }
@@ -272,13 +273,11 @@ void inherit(const Manifold& old, Manifold& manifold) {
   if (matched != all_new && used != all_old) inherit_by_place(old, used, manifold, matched);
 }
 
-// The patch as a manifold without history.
-void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Manifold& manifold) {
+// The patch's geometry; impulses of the substeps stay as they were.
+void place(const ContactPatch& patch, const V3f& linear, const V3f& angular, Manifold& manifold) {
   manifold.normal = patch.normal;
   manifold.point_count = patch.count;
-  manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
-  manifold.twist_impulse = manifold.total_impulse = 0;
-  std::fill_n(manifold.normal_impulse, 4, 0.0f);
+  manifold.total_impulse = 0;
   float approach = 0;
   for (std::uint32_t i = 0; i < patch.count; ++i) {
     const ContactPoint& from = patch.points[i];
@@ -290,15 +289,44 @@ void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Mani
   manifold.approach_speed = approach;
 }
 
+void clear_impulses(Manifold& manifold) {
+  std::fill_n(manifold.normal_impulse, 4, 0.0f);
+  manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
+  manifold.twist_impulse = 0;
+}
+
+// Puts the impulses of the manifold's points in the order of the patch's. False, and nothing done,
+// if the patch has another feature or another normal.
+bool match_all(const ContactPatch& patch, Manifold& manifold) {
+  if (dot(manifold.normal, patch.normal) <= kSameNormal) return false;
+  float impulse[4] = {};
+  std::uint32_t used = 0;
+  for (std::uint32_t i = 0; i < patch.count; ++i) {
+    std::uint32_t j = 0;
+    while (j < manifold.point_count &&
+           (manifold.feature[j] != patch.points[i].feature || (used & (1u << j))))
+      ++j;
+    if (j == manifold.point_count) return false;
+    used |= 1u << j;
+    impulse[i] = manifold.normal_impulse[j];
+  }
+  std::copy_n(impulse, 4, manifold.normal_impulse);
+  return true;
+}
+
 // Returns how many manifolds there are now.
-std::uint32_t write(std::span<const Manifold> old, const PatchSet& patches, std::uint32_t capacity,
-                    const V3f& linear, const V3f& angular, Manifold* manifolds) {
+std::uint32_t write(const PatchSet& patches, const V3f& linear, const V3f& angular,
+                    const core::ContactPair& pair, Manifold* manifolds) {
+  std::array<Manifold, core::kMeshManifolds> old;
+  std::copy_n(manifolds, pair.manifold_count, old.begin());
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < patches.count && count < capacity; ++i) {
+  for (std::uint32_t i = 0; i < patches.count && count < pair.manifold_capacity; ++i) {
     if (patches.patch[i].count == 0) continue;
     Manifold& manifold = manifolds[count++];
-    fill(patches.patch[i], linear, angular, manifold);
-    if (const Manifold* before = predecessor(old, manifold.normal)) inherit(*before, manifold);
+    place(patches.patch[i], linear, angular, manifold);
+    clear_impulses(manifold);
+    const Manifold* before = predecessor({old.data(), pair.manifold_count}, manifold.normal);
+    if (before != nullptr) inherit(*before, manifold);
   }
   return count;
 }
@@ -347,16 +375,12 @@ void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const 
     return;
   }
   Manifold* manifolds = &contacts.manifolds[pair.first_manifold];
-  std::uint32_t count = 0;
-  if (pair.manifold_capacity == 1) {
-    const Manifold old = manifolds[0];
-    count = write({&old, pair.manifold_count}, patches, 1, linear, angular, manifolds);
-  } else {
-    std::array<Manifold, core::kMeshManifolds> old;
-    std::copy_n(manifolds, pair.manifold_count, old.begin());
-    count = write({old.data(), pair.manifold_count}, patches, pair.manifold_capacity, linear,
-                  angular, manifolds);
-  }
+  std::uint32_t count = 1;
+  const bool one = pair.manifold_count == 1 && patches.count == 1 && patches.patch[0].count > 0;
+  if (one && match_all(patches.patch[0], manifolds[0]))
+    place(patches.patch[0], linear, angular, manifolds[0]);
+  else
+    count = write(patches, linear, angular, pair, manifolds);
   mark(pair, count > 0);
   pair.manifold_count = static_cast<std::uint16_t>(count);
 }

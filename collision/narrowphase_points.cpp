@@ -57,8 +57,9 @@ V3f perpendicular(const V3f& unit) {
 }
 
 void PointList::add(const V3f& position, float separation, std::uint32_t feature) {
+  const float vn = speed_ + dot(gradient_, position);
   // Negated, so that NaN is left out.
-  if (!(query_.predicted(position, normal_, separation) <= query_.slop)) return;
+  if (!(separation + query_.dt * (vn < 0 ? vn : 0) <= query_.slop)) return;
   if (count_ < kCapacity) points_[count_++] = {position, separation, feature};
 }
 

@@ -120,20 +120,26 @@ void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incide
   list.add(corner.point + toward * (0.5f * axis.separation), axis.separation, corner.id);
 }
 
+void reference_face(const PlacedShape& shape, std::uint32_t face, const V3f& outward,
+                    Feature& feature) {
+  if (shape.triangle == nullptr && shape.collider->type == ShapeType::hull)
+    face_feature(shape, face, feature);
+  else
+    facing_feature(shape, outward, feature);
+}
+
 void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, const Query& query,
              float size, ContactPatch& patch) {
   PointList list(query, axis.normal);
   if (axis.name.kind == AxisName::kEdges) {
     edge_contact(axis, axis.name.pack(), list);
   } else {
-    Feature fa, fb;
-    facing_feature(a, axis.normal, fa);
-    facing_feature(b, -axis.normal, fb);
     const bool of_a = axis.name.kind == AxisName::kFaceOfA;
-    if (of_a)
-      clip_against(fa, fb, axis.normal, true, list);
-    else
-      clip_against(fb, fa, -axis.normal, false, list);
+    const V3f outward = of_a ? axis.normal : -axis.normal;
+    Feature reference, incident;
+    reference_face(of_a ? a : b, of_a ? axis.name.a : axis.name.b, outward, reference);
+    facing_feature(of_a ? b : a, -outward, incident);
+    clip_against(reference, outward, incident, outward, of_a, list);
     if (b.triangle == nullptr) add_deepest(of_a ? b : a, axis, of_a, size, list);
   }
   list.choose(patch);

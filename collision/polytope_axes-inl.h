@@ -62,6 +62,18 @@ Lowest<L> lowest_vertex(const PolytopeLanes& shape, const core::V3f& along) {
 }
 
 template <class L>
+std::uint32_t facing_face_lanes(const PolytopeLanes& shape, const core::V3f& toward) {
+  const Vec<L> d = spread<L>(toward);
+  Best<L> best = none_yet<L>();
+  for (std::uint32_t i = 0; i < shape.face_count; i += L::kLanes) {
+    const L index = L::counting(static_cast<float>(i));
+    const L cosine = dot(d, load3<L>(shape.faces, shape.face_stride, i));
+    best.consider(index < L(static_cast<float>(shape.face_count)), cosine, index);
+  }
+  return best.top_index(best.top());
+}
+
+template <class L>
 typename L::Mask may_lean(const LeanLimit& limit, const Vec<L>& out) {
   const L up = dot(out, spread<L>(limit.up));
   typename L::Mask bad = up < L(0.0f);

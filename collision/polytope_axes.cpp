@@ -17,6 +17,9 @@ namespace float_lanes {
 
 }  // namespace float_lanes
 
+std::uint32_t facing_face_reference(const PolytopeLanes& shape, const core::V3f& toward) {
+  return float_lanes::facing_face_lanes<float_lanes::Lane>(shape, toward);
+}
 Axis recall_axis_reference(const AxisQuery& query, const AxisName& name) {
   return float_lanes::recall_axis_lanes<float_lanes::Lane>(query, name);
 }

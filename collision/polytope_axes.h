@@ -58,7 +58,11 @@ Axis recall_axis(const AxisQuery& query, const AxisName& name);
 //   Bits     the same for every instruction set.
 void search_axes(const AxisQuery& query, AxisAnswer& answer);
 
+// The face whose normal is nearest to a direction of the shape's frame; lowest index among equals.
+std::uint32_t facing_face(const PolytopeLanes& shape, const core::V3f& toward);
+
 // The same source with float for lanes.
+std::uint32_t facing_face_reference(const PolytopeLanes& shape, const core::V3f& toward);
 Axis recall_axis_reference(const AxisQuery& query, const AxisName& name);
 void search_axes_reference(const AxisQuery& query, AxisAnswer& answer);
 

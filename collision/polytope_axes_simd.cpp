@@ -17,6 +17,9 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
 
+static std::uint32_t facing_face_here(const PolytopeLanes& shape, const core::V3f& toward) {
+  return facing_face_reference(shape, toward);
+}
 static Axis recall_axis_here(const AxisQuery& query, const AxisName& name) {
   return recall_axis_reference(query, name);
 }
@@ -34,6 +37,9 @@ static void search_axes_here(const AxisQuery& query, AxisAnswer& answer) {
 #include "collision/polytope_axes-inl.h"
 #undef SKERRY_LANES
 
+static std::uint32_t facing_face_here(const PolytopeLanes& shape, const core::V3f& toward) {
+  return facing_face_lanes<Lane>(shape, toward);
+}
 static Axis recall_axis_here(const AxisQuery& query, const AxisName& name) {
   return recall_axis_lanes<Lane>(query, name);
 }
@@ -50,9 +56,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace skerry::collision {
 
+HWY_EXPORT(facing_face_here);
 HWY_EXPORT(recall_axis_here);
 HWY_EXPORT(search_axes_here);
 
+std::uint32_t facing_face(const PolytopeLanes& shape, const core::V3f& toward) {
+  return HWY_DYNAMIC_DISPATCH(facing_face_here)(shape, toward);
+}
 Axis recall_axis(const AxisQuery& query, const AxisName& name) {
   return HWY_DYNAMIC_DISPATCH(recall_axis_here)(query, name);
 }

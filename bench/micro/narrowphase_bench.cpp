@@ -86,7 +86,7 @@ struct PairWorld {
     const core::BodyIndex body = core::take_row(bodies);
     bodies.flags[body] |= core::kDynamic | core::kAwake;
     bodies.pose[body] = {center, orientation};
-    bodies.mass[body].radius = 1;
+    bodies.mass[body].radius = type == core::ShapeType::mesh ? 100 : 1;
     core::Collider collider;
     collider.alive = true;
     collider.type = type;
@@ -186,8 +186,9 @@ void build(PairWorld& world, Kind kind, int count) {
     const Vec3 at(3.0 * (i % 64), 0, 3.0 * (i / 64));
     const bool a_is_hull = first_type(kind) == core::ShapeType::hull;
     const bool b_is_hull = second_type(kind) == core::ShapeType::hull;
-    const core::BodyIndex a = world.add(
-        first_type(kind), at, a_is_hull ? level(*world.hull, Vec3::UnitY()) : Quat::Identity());
+    const core::BodyIndex a =
+        world.add(first_type(kind), at,
+                  a_is_hull ? level(*world.hull, Vec3::UnitY()) : Quat(Quat::Identity()));
     const Vec3 above(world.uniform(0.1), touching_height(kind) - 0.001, world.uniform(0.1));
     const core::BodyIndex b =
         world.add(second_type(kind), at + above,
