@@ -13,9 +13,23 @@
 #include <new>
 #include <string>
 
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+#define SKERRY_SANITIZER_OWNS_NEW
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer) || __has_feature(address_sanitizer)
+#define SKERRY_SANITIZER_OWNS_NEW
+#endif
+#endif
+
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
+
+}  // namespace
+
+#ifndef SKERRY_SANITIZER_OWNS_NEW
+
+namespace {
 
 void* counted(std::size_t size) {
   allocations.fetch_add(1, std::memory_order_relaxed);
@@ -42,6 +56,8 @@ void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+#endif
 
 namespace skerry::measure {
 
@@ -85,6 +101,14 @@ ContextSwitches context_switches() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
   return {usage.ru_nvcsw, usage.ru_nivcsw};
+}
+
+bool counts_allocations() {
+#ifdef SKERRY_SANITIZER_OWNS_NEW
+  return false;
+#else
+  return true;
+#endif
 }
 
 std::int64_t now_ns() {

@@ -12,8 +12,10 @@ double rss_mb();
 void forget_peak_rss();
 
 // Calls of operator new in this program so far, all threads. Memory that libraries take from malloc
-// or from their own allocators directly is not seen.
+// or from their own allocators directly is not seen. Always 0 in builds under Address- or
+// ThreadSanitizer, where operator new is the sanitizer's.
 std::uint64_t allocation_count();
+bool counts_allocations();
 
 struct ContextSwitches {
   std::int64_t voluntary = 0, involuntary = 0;  // all threads that live or have lived
