@@ -97,18 +97,18 @@ void forget_peak_rss() {
 
 std::uint64_t allocation_count() { return allocations.load(std::memory_order_relaxed); }
 
-ContextSwitches context_switches() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return {usage.ru_nvcsw, usage.ru_nivcsw};
-}
-
 bool counts_allocations() {
 #ifdef SKERRY_SANITIZER_OWNS_NEW
   return false;
 #else
   return true;
 #endif
+}
+
+ContextSwitches context_switches() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return {usage.ru_nvcsw, usage.ru_nivcsw};
 }
 
 std::int64_t now_ns() {

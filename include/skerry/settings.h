@@ -74,6 +74,7 @@ struct WorldSettings {
   SleepSettings sleep = {};
   Integrator integrator = Integrator::exact;
   BroadphaseKind broadphase = BroadphaseKind::tree;
+  bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
   bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
   // Called after every step on the thread that made it, the dedicated thread too, with that step's

@@ -1,6 +1,7 @@
 // The command line is a contract: exit statuses, messages and JSON keys.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "tests/apps/program.h"
@@ -42,6 +43,32 @@ TEST(Skerry, bad_usage_ends_with_2_and_one_line) {
   expect_refused({"compare", "tiny", "--host-ms", "2,x"},
                  "--host-ms: must be milliseconds from 0 to 1000 with commas between, got '2,x'");
   expect_refused({"check", "no/such.json"}, "no/such.json: no such file");
+  expect_refused({"check", ""}, "'': no such file");
+  expect_refused({"run", "/"}, "/: is not a regular file");
+  expect_refused({"run", "tiny", "--json", ""}, "--json: needs a name (see skerry --help)");
+  expect_refused({"compare", "tiny", "--out", ""}, "--out: needs a name (see skerry --help)");
+  expect_refused({"run", "tiny", "--hash-every", "-2"},
+                 "--hash-every: Value -2 not in range 0 to 1000000000 (see skerry --help)");
+  expect_refused({"run", "two\nlines"}, "unknown scene 'two lines'; `skerry scenes` lists them");
+}
+
+TEST(Skerry, files_that_are_no_text_end_with_2_and_one_line) {
+  const ScratchDirectory scratch;
+  const std::string file = scratch / "bad.json";
+  for (const std::string& bytes :
+       {std::string("\xff\xfe\x00\x01", 4), std::string(100, '\0'), std::string(),
+        std::string(1'000'000, '['), std::string("{\"format\":\"skerry-scene\",\"version\":NaN}"),
+        std::string("{\"format\":\"skerry-scene\",\"version\":1,\"a\\nb\":1}"),
+        std::string("{\"format\":\"skerry-scene\",\"version\":1,\"name\":\"a\\u0000b\"}")}) {
+    write_file(file, bytes);
+    for (const char* command : {"check", "run"}) {
+      const Outcome outcome = run_skerry({command, file});
+      EXPECT_EQ(outcome.status, 2);
+      EXPECT_EQ(outcome.out, "");
+      EXPECT_TRUE(outcome.err.starts_with("skerry: " + file + ":1: ")) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
+  }
 }
 
 TEST(Skerry, help_and_version_end_with_0) {

@@ -35,8 +35,7 @@ const std::string kPeersThirdParty =
     kProgramThirdParty + "|bt.*\\.h|Bullet.*|LinearMath/.*|ode/.*|bullet/.*";
 
 const char* const kJobsApi = "skerry/(jobs\\.h|jobs/.*|error\\.h)";
-const std::string kJobsOurs =
-    std::string("jobs/.*|core/(assert|clock|arena|trace|hash)\\.h|") + kJobsApi;
+const std::string kJobsOurs = std::string("jobs/.*|core/(assert|clock|growth)\\.h|") + kJobsApi;
 
 const std::vector<Rule>& rules() {
   static const std::vector<Rule> kRules = {
@@ -47,10 +46,10 @@ const std::vector<Rule>& rules() {
       {"core/.*", "skerry/.*|core/.*", "Eigen/.*|xxhash\\.h", kThreading,
        "core includes include/skerry, core and Eigen; no threads, no scheduling"},
       {"jobs/tbb_[^/]*\\.cpp", kJobsOurs.c_str(), kTbbThirdParty.c_str(), "",
-       "jobs knows no physics: <skerry/jobs...>, core's assert, clock, arena, trace, hash, and "
+       "jobs knows no physics: <skerry/jobs...>, core's assert, clock and growth, and "
        "jobs"},
       {"jobs/.*", kJobsOurs.c_str(), kJobsThirdParty.c_str(), "",
-       "jobs knows no physics: <skerry/jobs...>, core's assert, clock, arena, trace, hash, and "
+       "jobs knows no physics: <skerry/jobs...>, core's assert, clock and growth, and "
        "jobs; "
        "oneTBB in jobs/tbb_*.cpp only"},
       {"collision/fcl_[^/]*", "skerry/.*|core/.*|jobs/.*|collision/.*",
