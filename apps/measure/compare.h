@@ -18,9 +18,11 @@ struct CompareOptions {
   Axes axes;
   std::vector<double> host_ms = {0, 2, 4, 8, 12};
   HostShape host_shape = HostShape::serial;
-  int reps = 5;                  // of either part, rows interleaved
-  std::uint64_t steps = 30;      // timed, per repetition
-  std::uint64_t warmup = 30;     // simulated first, so that a typical state is timed
+  int reps = 5;               // of either part, rows interleaved
+  std::uint64_t steps = 30;   // timed, per repetition
+  std::uint64_t warmup = 30;  // simulated first, so that a typical state is timed
+  std::uint64_t frame_warmup =
+      120;                       // steps before the frames: falling and the first impact are over
   std::uint64_t frames = 15;     // per repetition, row and host load; 0: no frame part
   bool other_schedulers = true;  // rows of the throughput part
   bool one_at_a_time = false;    // also frames with one setting changed at a time

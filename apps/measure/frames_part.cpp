@@ -50,8 +50,10 @@ class Frames {
     std::vector<std::vector<bool>> disturbed(host_ms.size());
     const double units = double(options_.reps) * double(host_ms.size());
     for (int rep = 0; rep < options_.reps; ++rep) {
-      for (std::size_t load = 0; load < host_ms.size(); ++load) {
-        const double done = double(rep) * double(host_ms.size()) + double(load);
+      for (std::size_t i = 0; i < host_ms.size(); ++i) {
+        // In another order each time, so that no load always meets the same phase of the scene.
+        const std::size_t load = (i + static_cast<std::size_t>(rep)) % host_ms.size();
+        const double done = double(rep) * double(host_ms.size()) + double(i);
         const Watcher part = watcher.part(done / units, (done + 1) / units);
         const bool keep = timelines && host_ms[load] == detail_load();
         if (!level(part)) return keep_rows(samples, disturbed, host_ms, rows);
@@ -91,7 +93,7 @@ class Frames {
       world.session = std::make_unique<Session>(scene_, settings, result_.dt, strategy);
       world.pool = std::make_unique<HostPool>(host_threads(strategy, most), strategy.wait,
                                               strategy.affinity);
-      for (std::uint64_t i = 0; i < options_.warmup && !watcher.stopped(); ++i) {
+      for (std::uint64_t i = 0; i < options_.frame_warmup && !watcher.stopped(); ++i) {
         world.session->advance();
       }
     }

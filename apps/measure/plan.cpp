@@ -63,15 +63,16 @@ SceneSeconds estimate(const SceneCost& cost, const CompareOptions& options, doub
   seconds.throughput =
       rows * (options.reps * rep + warm + kAnalysedSteps * cost.step_s + kIdleWatch);
   if (options.frames == 0 || options.host_ms.empty()) return seconds;
+  const double settle = cost.build_s + static_cast<double>(options.frame_warmup) * cost.step_s;
   double all_loads = 0;
   for (const double host_ms : options.host_ms) {
     all_loads += loop_seconds(cost, host_ms, options, dt);
   }
-  seconds.frames = static_cast<double>(own) * (warm + options.reps * all_loads);
+  seconds.frames = static_cast<double>(own) * (settle + options.reps * all_loads);
   if (options.one_at_a_time) {
     const auto single = static_cast<double>(one_at_a_time(options.axes).size());
     seconds.frames +=
-        single * (warm + options.reps * loop_seconds(cost, options.detail_host_ms, options, dt));
+        single * (settle + options.reps * loop_seconds(cost, options.detail_host_ms, options, dt));
   }
   return seconds;
 }

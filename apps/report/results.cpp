@@ -177,6 +177,7 @@ Json options_json(const measure::CompareOptions& options) {
           {"reps", options.reps},
           {"steps", options.steps},
           {"warmup", options.warmup},
+          {"frame_warmup", options.frame_warmup},
           {"frames", options.frames},
           {"sleep", options.sleep}};
 }

@@ -29,7 +29,7 @@ th, td { padding:5px 10px 5px 0; text-align:right; border-bottom:1px solid var(-
 th { font-weight:600; color:var(--soft); } th:first-child, td:first-child { text-align:left; }
 table.facts td { white-space:normal; overflow-wrap:anywhere; text-align:left; } table.facts td:first-child { color:var(--soft); white-space:nowrap; }
 .answer { display:grid; gap:10px; }
-.answer > div { display:grid; grid-template-columns:minmax(150px,1.1fr) repeat(var(--loads),minmax(0,1fr)); gap:10px; align-items:start; border-top:1px solid var(--line); padding-top:10px; }
+.answer > div { display:grid; grid-template-columns:minmax(130px,1fr) repeat(var(--loads),minmax(0,1fr)); gap:10px; align-items:start; border-top:1px solid var(--line); padding-top:10px; }
 .answer .head { border:0; padding:0; color:var(--soft); font-size:.85rem; }
 .answer b { display:block; } .answer .cell small { display:block; }
 .chip { display:inline-block; padding:1px 8px; border-radius:99px; font-size:.84rem; font-weight:600; line-height:1.5; color:var(--c); border:1.5px solid var(--c); overflow-wrap:anywhere; }

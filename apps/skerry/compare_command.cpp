@@ -1,5 +1,6 @@
 // skerry compare: the threading modes side by side.
 #include <fmt/core.h>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -101,6 +102,10 @@ Json read_baseline(const std::string& file) {
   return json;
 }
 
+double limit_of(const CompareArguments& arguments) {
+  return arguments.quick ? std::min(kQuickSeconds, arguments.max_seconds) : arguments.max_seconds;
+}
+
 measure::Plan plan_of(const CompareArguments& arguments,
                       const std::vector<scenes::SceneDesc>& scenes) {
   const std::vector<measure::CompareOptions> options = options_by_scene(arguments, scenes);
@@ -111,20 +116,25 @@ measure::Plan plan_of(const CompareArguments& arguments,
   const measure::Fixed fixed = {.reps = arguments.reps.has_value(),
                                 .steps = arguments.steps.has_value(),
                                 .frames = arguments.frames.has_value()};
-  const double limit_s =
-      arguments.quick ? std::min(kQuickSeconds, arguments.max_seconds) : arguments.max_seconds;
-  return measure::make_plan(costs, options, fixed, limit_s);
+  return measure::make_plan(costs, options, fixed, limit_of(arguments));
 }
 
-// Runs the plan; fills results["scenes"] and says what was found as it goes.
+// A machine that has become slower since the scenes were tried is not waited for.
+constexpr double kPatience = 1.1;
+
+// Runs the plan, no longer than `limit_s`; fills results["scenes"] and says what was found as it
+// goes.
 void run_plan(const measure::Plan& plan, const std::vector<scenes::SceneDesc>& scenes,
-              measure::HostLoad& host, Json& results) {
+              measure::HostLoad& host, double limit_s, Json& results) {
   Progress progress;
+  const std::int64_t begin_ns = measure::now_ns();
+  const auto late = [&] { return 1e-9 * double(measure::now_ns() - begin_ns) > limit_s; };
   double done_s = 0;
-  for (std::size_t i = 0; i < scenes.size() && !InterruptGuard::interrupted(); ++i) {
+  for (std::size_t i = 0; i < scenes.size() && !InterruptGuard::interrupted() && !late(); ++i) {
     progress.set_title(fmt::format("{} ({}/{})", scenes[i].name, i + 1, scenes.size()));
-    const measure::Watcher watcher =
+    measure::Watcher watcher =
         progress.watcher().part(done_s / plan.total_s, (done_s + plan.seconds[i]) / plan.total_s);
+    watcher.stop = [&] { return InterruptGuard::interrupted() || late(); };
     const measure::SceneComparison comparison =
         measure::compare_scene(scenes[i], plan.options[i], host, watcher);
     done_s += plan.seconds[i];
@@ -132,6 +142,11 @@ void run_plan(const measure::Plan& plan, const std::vector<scenes::SceneDesc>& s
     print_comparison(comparison);
     report::add(results, comparison);
   }
+  if (!late()) return;
+  const std::string said = results.at("cut");
+  results["cut"] = fmt::format("{}{}stopped after {:.0f} s: the machine became slower than planned",
+                               said, said.empty() ? "" : "; ", limit_s);
+  fmt::print("{}\n", results.at("cut").get<std::string>());
 }
 
 int print_baseline(const CompareArguments& arguments, const Json& before, const Json& now) {
@@ -171,7 +186,7 @@ int compare(const CompareArguments& arguments) {
 
   Json results = report::begin_results(arguments.command_line, plan.options.front());
   results["cut"] = plan.cut;
-  run_plan(plan, scenes, host, results);
+  run_plan(plan, scenes, host, kPatience * std::max(plan.total_s, limit_of(arguments)), results);
   if (!InterruptGuard::interrupted()) {
     for (const auto& cost : measure::scheduling_costs(plan.options.front())) {
       report::add(results, cost);
@@ -218,7 +233,9 @@ void add_compare_command(CLI::App& app, Action& action, int argc, char** argv) {
   command->add_flag("--quick", a->quick, "Less of everything, about 40 s");
   command->add_flag("--modes-only", a->modes_only,
                     "Without other schedulers and without varied settings");
-  text("--out", a->directory, "Directory for report.html, results.json and traces");
+  command->add_option("--out", a->directory, "Directory for report.html, results.json and traces")
+      ->check(needs_name())
+      ->capture_default_str();
   command->add_option("--baseline", a->baseline,
                       "An earlier results.json: say what changed, exit 1 on a regression");
   command->add_option("--tolerance", a->tolerance, "Change that is never one, percent")

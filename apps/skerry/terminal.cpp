@@ -21,8 +21,12 @@ void on_interrupt(int) {
 
 }  // namespace
 
-InterruptGuard::InterruptGuard() { std::signal(SIGINT, on_interrupt); }
-InterruptGuard::~InterruptGuard() { std::signal(SIGINT, SIG_DFL); }
+InterruptGuard::InterruptGuard() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
+}
+InterruptGuard::~InterruptGuard() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+}
 bool InterruptGuard::interrupted() { return interrupted_flag.load(); }
 
 Progress::Progress(std::string title)

@@ -8,7 +8,8 @@
 
 namespace skerry::app {
 
-// While it lives, Ctrl-C asks for an early end instead of killing the program; the second one kills.
+// While it lives, Ctrl-C (or SIGTERM) asks for an early end instead of killing the program; the
+// second one kills.
 class InterruptGuard {
  public:
   InterruptGuard();
