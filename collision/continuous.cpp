@@ -98,7 +98,7 @@ Sweep sweep_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
   const core::BodyPose& pose = bodies.pose[body];
   const core::BodyMotion& motion = bodies.motion[body];
   Sweep sweep;
-  sweep.turn_radius = bodies.mass[body].turn_radius;
+  sweep.turn_radius = double(bodies.mass[body].turn_radius);
   if (is_fast(bodies, body)) {
     const FastStart& start = step.fast->start[body];
     sweep.center = wide(Vec3(start.pose.center - origin));
@@ -304,7 +304,7 @@ Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex bo
   const Aabb from = tight_bounds(row, step.fast->start[body].pose);
   Aabb box = tight_bounds(row, step.bodies->pose[body]);
   const double turn = step.fast->start[body].angle;
-  const double reach = step.bodies->mass[body].turn_radius;
+  const double reach = double(step.bodies->mass[body].turn_radius);
   // Between its ends an arc leaves the box of the two by less than its height.
   const auto bulge = static_cast<float>(reach * std::min(2.0, 0.125 * turn * turn));
   for (int axis = 0; axis < 3; ++axis) {

@@ -35,6 +35,7 @@ enum BodyFlag : std::uint32_t {
   kLockMask = 0x3fu << 8,
   kContinuous = 1u << 14,  // dynamic, and swept when fast (core/fast_bodies.h)
   kFast = 1u << 15,        // moved so far in the last step that it was swept
+  kForced = 1u << 16,      // `force` holds something
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -49,18 +50,19 @@ struct BodyMotion {
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the centre, world; the primary quantity
 };
 
-struct BodyMass {
-  double mass = 0;                    // kg; 0 unless dynamic
-  double inv_mass = 0;                // 1/kg
-  Mat3 inertia_b = Mat3::Zero();      // kg m^2 about the centre, body axes
-  Mat3 inv_inertia_b = Mat3::Zero();  // its inverse
-  Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
-  double radius = 0;                  // m, of the sphere about the centre that holds all shapes
-  double inner_radius = 0;            // m, of the smallest ball inside one of the solid shapes
-  double turn_radius = 0;             // m, how far a turn by one radian can move a point of them
+// The first cache line has all that a body of isotropic inertia needs in a solve.
+struct alignas(64) BodyMass {
+  double mass = 0;      // kg; 0 unless dynamic
+  double inv_mass = 0;  // 1/kg
   double gravity_scale = 1;
-  double linear_damping = 0;   // 1/s
-  double angular_damping = 0;  // 1/s
+  double linear_damping = 0;          // 1/s
+  double angular_damping = 0;         // 1/s
+  double radius = 0;                  // m, of the sphere about the centre that holds all shapes
+  float inner_radius = 0;             // m, of the smallest ball inside one of the solid shapes
+  float turn_radius = 0;              // m, how far a turn by one radian can move a point of them
+  Mat3 inv_inertia_b = Mat3::Zero();  // kg^-1 m^-2 about the centre, body axes
+  Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
+  Mat3 inertia_b = Mat3::Zero();      // kg m^2, inverse of inv_inertia_b
 };
 
 struct BodyForce {
@@ -74,7 +76,7 @@ struct Bodies {
   std::vector<BodyPose> pose;
   std::vector<BodyMotion> motion;
   std::vector<BodyMass> mass;
-  std::vector<BodyForce> force;
+  std::vector<BodyForce> force;               // zero unless kForced; see add_force
   std::vector<float> still_time;              // s below the sleep thresholds
   std::vector<std::uint32_t> sleep_island;    // row of Sleepers::islands, kNone while awake
   std::vector<ColliderIndex> first_collider;  // chain through Collider::next_in_body, kNone: none
@@ -104,6 +106,9 @@ void free_row(Bodies& bodies, BodyIndex body);
 
 // Sets velocities so that linear, angular and angular momentum agree (locks respected).
 void set_motion(Bodies& bodies, BodyIndex body, const Vec3& linear, const Vec3& angular);
+
+// For the coming step.
+void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& torque);
 
 // Rebuilds `awake` from the flags if stale.
 void refresh_awake(Bodies& bodies);
