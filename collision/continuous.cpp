@@ -84,21 +84,13 @@ Quat after_turn(const Quat& from, const Vec3& turn) {
   return Quat(cosine, v.x(), v.y(), v.z()) * from;
 }
 
-void set_turning(Sweep& sweep, const FastStart& start, const Quat& end) {
-  sweep.stretches = static_cast<int>(start.knots.size()) + 1;
-  for (int i = 0; i < sweep.stretches; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    sweep.set_stretch(i, i == 0 ? start.pose.orientation : start.knots[k - 1],
-                      i + 1 == sweep.stretches ? end : start.knots[k]);
-  }
-}
-
-Sweep sweep_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
+// The way of a body's centre.
+Sweep path_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
   const Bodies& bodies = *step.bodies;
   const core::BodyPose& pose = bodies.pose[body];
   const core::BodyMotion& motion = bodies.motion[body];
   Sweep sweep;
-  sweep.turn_radius = bodies.mass[body].turn_radius;
+  sweep.turn_radius = double(bodies.mass[body].turn_radius);
   if (is_fast(bodies, body)) {
     const FastStart& start = step.fast->start[body];
     sweep.center = wide(Vec3(start.pose.center - origin));
@@ -106,17 +98,34 @@ Sweep sweep_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
     if (start.flight == core::FastFlight::free)
       sweep.bend = wide(Vec3(0.5 * step.dt * (motion.linear - start.motion.linear)));
     sweep.end = step.fast->part[body];
-    set_turning(sweep, start, pose.orientation);
     return sweep;
   }
   sweep.center = wide(Vec3(pose.center - origin));
-  sweep.set_stretch(0, pose.orientation, pose.orientation);
   if (!bodies.is(body, core::kAwake)) return sweep;
   // A slow body came to where it is by about its present velocity.
   sweep.way = wide(Vec3(motion.linear * step.dt));
   sweep.center = sweep.center - sweep.way;
-  sweep.set_stretch(0, after_turn(pose.orientation, -step.dt * motion.angular), pose.orientation);
   return sweep;
+}
+
+// How it turned.
+void add_turning(const StepContext& step, BodyIndex body, Sweep& sweep) {
+  const Bodies& bodies = *step.bodies;
+  const Quat& end = bodies.pose[body].orientation;
+  const bool round = sweep.turn_radius == 0;
+  if (round || !is_fast(bodies, body)) {
+    const bool moves = !round && bodies.is(body, core::kAwake);
+    const Vec3& angular = bodies.motion[body].angular;
+    sweep.set_stretch(0, moves ? after_turn(end, -step.dt * angular) : end, end);
+    return;
+  }
+  const FastStart& start = step.fast->start[body];
+  sweep.stretches = static_cast<int>(start.knots.size()) + 1;
+  for (int i = 0; i < sweep.stretches; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    sweep.set_stretch(i, i == 0 ? start.pose.orientation : start.knots[k - 1],
+                      i + 1 == sweep.stretches ? end : start.knots[k]);
+  }
 }
 
 // -- One pair of shapes.
@@ -266,7 +275,7 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   const Collider &a = step.colliders->rows[ia], &b = step.colliders->rows[ib];
   if (a.type >= ShapeType::plane) return kNever;  // no contact exists between these either
   const Vec3 origin = bodies.pose[a.body].center;
-  const Sweep sa = sweep_of(step, a.body, origin), sb = sweep_of(step, b.body, origin);
+  Sweep sa = path_of(step, a.body, origin), sb = path_of(step, b.body, origin);
   const core::BodyMass &ma = bodies.mass[a.body], &mb = bodies.mass[b.body];
 
   const double apart = length(sb.center - sa.center);
@@ -275,6 +284,8 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
                       0.25 * (length(sa.bend) + length(sb.bend));
   // A plane's or mesh's body may be all over the place: its radius says nothing, or everything.
   if (b.type != ShapeType::plane && apart - most > ma.radius + mb.radius + 1e-3) return kNever;
+  add_turning(step, a.body, sa);
+  add_turning(step, b.body, sb);
   if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
   const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart - most);
   if (b.type == ShapeType::plane)
@@ -304,7 +315,7 @@ Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex bo
   const Aabb from = tight_bounds(row, step.fast->start[body].pose);
   Aabb box = tight_bounds(row, step.bodies->pose[body]);
   const double turn = step.fast->start[body].angle;
-  const double reach = step.bodies->mass[body].turn_radius;
+  const double reach = double(step.bodies->mass[body].turn_radius);
   // Between its ends an arc leaves the box of the two by less than its height.
   const auto bulge = static_cast<float>(reach * std::min(2.0, 0.125 * turn * turn));
   for (int axis = 0; axis < 3; ++axis) {
@@ -352,16 +363,29 @@ void add_pair(const StepContext& step, ColliderIndex a, ColliderIndex b) {
   step.fast->pairs.push_back({a, b, ca.body, cb.body, kNever});
 }
 
+// Fat boxes foresee flights that forces bend by no more than a contact's reach.
+bool was_foreseen(const StepContext& step, BodyIndex body) {
+  const FastStart& start = step.fast->start[body];
+  const core::BodyMotion& motion = step.bodies->motion[body];
+  const double turn_radius = double(step.bodies->mass[body].turn_radius);
+  const double change =
+      (motion.linear - start.motion.linear).norm() +
+      turn_radius * std::max(0.0, motion.angular.norm() - start.motion.angular.norm());
+  return start.flight == core::FastFlight::free && change * step.dt <= double(kSpeculativeDistance);
+}
+
 // Bodies that impacts have thrown out of their fat boxes: against whatever the tree knows near them,
 // and against each other, whose boxes it knows no more.
 void add_thrown(const StepContext& step, ContinuousScratch& scratch) {
   std::vector<ThrownBox>& thrown = scratch.thrown;
   thrown.clear();
-  for (const BodyIndex body : step.fast->bodies)
+  for (const BodyIndex body : step.fast->bodies) {
+    if (was_foreseen(step, body)) continue;
     for_solid_colliders(step, body, [&](ColliderIndex c) {
       const Aabb box = box_over_step(step, c, body);
       if (!is_inside(box, step.broadphase->fat_bounds(c))) thrown.push_back({box, c});
     });
+  }
   for (const ThrownBox& self : thrown) {
     scratch.found.clear();
     step.broadphase->collect(self.box, scratch.found);

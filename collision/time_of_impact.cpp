@@ -77,7 +77,7 @@ void Sweep::set_stretch(int i, const Quat& from, const Quat& to) {
   Stretch& s = stretch[i];
   s.axes = matrix_of(from);
   s.angle = sine > 0 ? 2 * core::trig::atan2(sine, turn.w()) : 0;
-  if (sine > 0) s.axis = wide(Vec3(turn.vec() / sine));
+  s.axis = sine > 0 ? wide(Vec3(turn.vec() / sine)) : V3d{0, 0, 0};
 }
 
 M3d Sweep::axes_at(double t) const {

@@ -23,9 +23,9 @@ double inner_radius(const core::Collider& collider);
 struct Sweep {
   static constexpr int kMostStretches = 32;
   struct Stretch {
-    M3d axes{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // at its start
-    V3d axis{0, 0, 0};                          // unit
-    double angle = 0;                           // rad
+    M3d axes;      // at its start
+    V3d axis;      // unit; zero if the body does not turn
+    double angle;  // rad
   };
 
   V3d center{0, 0, 0};     // m
@@ -34,7 +34,7 @@ struct Sweep {
   double end = 1;          // from here on the body stands still
   double turn_radius = 0;  // m, see core::BodyMass
   int stretches = 1;
-  Stretch stretch[kMostStretches];
+  Stretch stretch[kMostStretches];  // the first `stretches` are set
 
   // A stretch from one orientation to another by the shorter way.
   void set_stretch(int i, const Quat& from, const Quat& to);

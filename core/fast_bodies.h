@@ -20,6 +20,7 @@ enum class FastFlight : std::uint8_t {
 struct FastStart {
   BodyPose pose;
   BodyMotion motion;
+  BodyForce force;  // the user's
   FastFlight flight = FastFlight::free;
   double angle = 0;         // rad, about, over the step
   std::vector<Quat> knots;  // orientations between start and end, evenly spaced in time
@@ -49,11 +50,13 @@ struct FastBodies {
 // A body may move this far in a step (m) on the word of contacts that were made at its start: up to
 // the gap that every contact foresees, or half way to its middle. Beyond that the planes of those
 // contacts say little about what it will meet.
-inline double safe_motion(const BodyMass& mass) { return std::max(0.005, 0.5 * mass.inner_radius); }
+inline double safe_motion(const BodyMass& mass) {
+  return std::max(0.005, 0.5 * double(mass.inner_radius));
+}
 
 // Upper bound (m) of how far a body's points move in dt, but for a ball's own turning.
 inline double motion_of(const BodyMass& mass, const BodyMotion& motion, double dt) {
-  return (motion.linear.norm() + motion.angular.norm() * mass.turn_radius) * dt;
+  return (motion.linear.norm() + motion.angular.norm() * double(mass.turn_radius)) * dt;
 }
 
 inline bool moves_fast(const Bodies& bodies, BodyIndex body, double dt) {
@@ -65,7 +68,8 @@ inline bool moves_fast(const Bodies& bodies, BodyIndex body, double dt) {
 inline double touch_gap(const BodyMass& a, const BodyMass& b, double apart) {
   double inner = 1;
   for (const BodyMass* mass : {&a, &b})
-    if (mass->mass > 0 && mass->inner_radius > 0) inner = std::min(inner, mass->inner_radius);
+    if (mass->mass > 0 && mass->inner_radius > 0)
+      inner = std::min(inner, double(mass->inner_radius));
   return 2e-3 * inner + 3e-7 * (std::max(apart, 0.0) + a.radius + b.radius);
 }
 

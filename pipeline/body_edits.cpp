@@ -233,13 +233,13 @@ void set_inner_radius(core::BodyMass& row, const BodyDesc& body,
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const Collider& c = shapes[i].collider;
     if (c.sensor || c.type == ShapeType::plane) continue;
-    const double inner = collision::inner_radius(c);
+    const auto inner = static_cast<float>(collision::inner_radius(c));
     row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
     const double offset = (body.shapes[i].options.local_pose.position - row.local_center).norm();
     const double turning = c.type == ShapeType::sphere    ? 0
                            : c.type == ShapeType::capsule ? double(c.size.y)
                                                           : shapes[i].radius;
-    row.turn_radius = std::max(row.turn_radius, offset + turning);
+    row.turn_radius = std::max(row.turn_radius, static_cast<float>(1.000001 * (offset + turning)));
   }
 }
 

@@ -28,7 +28,8 @@ bool FastWatch::is_fast() const {
   if (core::motion_of(mass, motion_, step_.dt) > safe) return true;
   const core::BodyPose& end = step_.bodies->pose[body_];
   const Quat turn = end.orientation * pose_.orientation.conjugate();
-  return (end.center - pose_.center).norm() + 2 * turn.vec().norm() * mass.turn_radius > safe;
+  return (end.center - pose_.center).norm() + 2 * turn.vec().norm() * double(mass.turn_radius) >
+         safe;
 }
 
 void FastWatch::note_turn(core::FastStart& start) const {
@@ -63,6 +64,7 @@ void FastWatch::finish(core::FastFlight flight) {
   core::FastStart& start = step_.fast->start[body_];
   start.pose = pose_;
   start.motion = motion_;
+  start.force = flags & core::kForced ? step_.bodies->force[body_] : core::BodyForce{};
   start.flight = flight;
   note_turn(start);
 }

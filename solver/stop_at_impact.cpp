@@ -14,13 +14,17 @@ using core::BodyIndex;
 using core::StepContext;
 
 void fly_again(const StepContext& step, BodyIndex body, double part) {
+  core::Bodies& bodies = *step.bodies;
   const core::FastStart& start = step.fast->start[body];
-  step.bodies->pose[body] = start.pose;
-  step.bodies->motion[body] = start.motion;
+  bodies.pose[body] = start.pose;
+  bodies.motion[body] = start.motion;
   if (!(part * step.dt > 0)) return;
   StepContext shorter = step;
   shorter.dt = part * step.dt;
+  core::add_force(bodies, body, start.force.force, start.force.torque);
   fly_free(shorter, body);
+  bodies.force[body] = {};
+  bodies.flags[body] &= ~std::uint32_t{core::kForced};
 }
 
 // The orientation at a time between two.

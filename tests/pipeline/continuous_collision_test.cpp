@@ -319,6 +319,24 @@ TEST(ContinuousCollision, fast_balls_rebound_with_their_restitution) {
   }
 }
 
+// The step ends at the wall with the velocity that gravity and a user's force give on the way there.
+TEST(ContinuousCollision, a_step_cut_short_keeps_the_work_of_forces) {
+  World world;
+  world.add_body({.type = BodyType::fixed,
+                  .shapes = {Box{.half_extents = {0.5, 5, 5}}},
+                  .position = {1.51, 0, 0},
+                  .restitution = 1});
+  const BodyId ball =
+      world.add_body({.shapes = {Sphere{.radius = 0.01}}, .linear_velocity = {100, 0, 0}});
+  const double acceleration = 2000;
+  world.apply_force(ball, {acceleration * world.mass(ball), 0, 0});
+  world.step(kDt);
+  const Vec3 at = world.pose(ball).position, v = world.linear_velocity(ball);
+  EXPECT_NEAR(at.x(), 1, 1e-3) << "the step ends at the wall";
+  EXPECT_NEAR(v.x() * v.x(), 100 * 100 + 2 * acceleration * at.x(), 1e-6);
+  EXPECT_NEAR(v.y() * v.y(), 2 * 9.81 * -at.y(), 1e-9);
+}
+
 TEST(ContinuousCollision, a_fast_ball_slants_off_like_light) {
   Random random(4);
   for (int i = 0; i < 100; ++i) {
