@@ -225,6 +225,7 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.friction_impulse = old.friction_impulse;
   manifold.twist_impulse = old.twist_impulse;
   manifold.rolling_impulse = old.rolling_impulse;
+  manifold.carried_impulse = old.carried_impulse;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -245,7 +246,7 @@ void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Mani
   manifold.normal = patch.normal;
   manifold.point_count = patch.count;
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
-  manifold.twist_impulse = manifold.total_impulse = 0;
+  manifold.twist_impulse = manifold.total_impulse = manifold.carried_impulse = 0;
   float approach = 0;
   for (std::uint32_t i = 0; i < patch.count; ++i) {
     const ContactPoint& from = patch.points[i];

@@ -28,6 +28,7 @@ struct Manifold {
   V3f rolling_impulse{0, 0, 0};   // N m s, world, on b
   float total_impulse = 0;        // N s along the normal over the whole step, for events
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
+  float carried_impulse = 0;  // N s, normal, of a mean point in a substep, over the last seconds
 };
 
 enum PairFlag : std::uint32_t {

@@ -55,7 +55,8 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};               // between two dynamic bodies
   Softness soft_fixed = {};         // if one of them cannot be moved
-  float soft_load = 0;  // m/s: impulse per effective mass beyond which a contact gets no softer
+  float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
+  bool books = true;    // the relax pass adds its impulses to the sums over the step
 };
 
 // One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.
@@ -65,6 +66,7 @@ struct alignas(64) LaneInput {
   float count[kMaxWidth];       // points
   float offset[3][kMaxWidth];   // m, centre of b from centre of a
   float impulse[4][kMaxWidth];  // N s, of the points, warm start; 0 beyond count
+  float carried[kMaxWidth];     // N s, Manifold::carried_impulse
   float friction[kMaxWidth], restitution[kMaxWidth], rolling[kMaxWidth];
   // Inverse mass per axis, for the full kinds.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
@@ -148,6 +150,7 @@ struct alignas(64) ContactBlock {
   FullLanes<W, P, kFull> full;
   PointLanes<W, P> points;
   FrictionLanes<W, P> friction;
+  Lanes<W> carried;   // N s, of every point
   Lanes<W> approach;  // m/s
 };
 

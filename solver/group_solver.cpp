@@ -21,11 +21,22 @@ constexpr std::uint32_t kUnbounded = 0x7fffffff;
 // millimetre.
 constexpr float kImpactSpeed = 0.05f;  // m/s
 
-// A contact softens under load up to this impulse per effective mass and substep; what it carries
-// beyond that it carries rigidly. Ordinary piles stay below (the lowest contacts of a pyramid of 100
-// rows reach it); a box under a thousand times its weight would sink in by a quarter of its side.
-// Measured: 2 m/s makes that pyramid restless, 5 m/s calms it (1035 J after 200 steps, not 3204 J).
+// A contact gives way to what its load differs from the load that it has carried lately: enough to
+// damp the slow waves of tall piles, which warm starting alone leaves ringing, and too slow to let
+// what rests sink (docs/decisions/0005).
+constexpr double kCarryTime = 2;  // s
+
+// It gives way to this impulse per effective mass and substep at most, and carries the rest rigidly:
+// until a load many times the body's weight has become the usual one, the body must not sink in. The
+// lowest contacts of a pyramid of 100 rows reach 4.2 m/s.
 constexpr float kSoftLoad = 5;  // m/s
+
+// See effort_of.
+constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
+constexpr double kRestsOn = 0.3;      // cosine of the normal and gravity
+constexpr double kRatioPerPass = 32;  // mass ratio
+constexpr std::uint8_t kMostEffort = 5;
+constexpr std::uint64_t kEffortBudget = 8192;  // contacts times passes of an island
 
 template <class T>
 void grow(std::vector<T>& v, std::size_t count) {
@@ -118,17 +129,34 @@ std::uint32_t GroupSolver::row_of(BodyIndex body) {
 
 void GroupSolver::collect_contacts() {
   const Islands& islands = *step_->islands;
-  const ContactTable& table = *step_->contacts;
-  const Bodies& bodies = *step_->bodies;
-  const Island& first = islands.islands[group_.first];
-  const Island& last = islands.islands[group_.first + group_.count - 1];
   contacts_.clear();
   row_a_.clear();
   row_b_.clear();
   has_bounces_ = false;
-  const std::uint32_t end = last.first_contact + last.contact_count;
-  for (std::uint32_t i = first.first_contact; i < end; ++i) {
-    const ContactRef& ref = islands.contacts[i];
+  efforts_ = 1;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = islands.islands[group_.first + i];
+    const std::size_t first = contacts_.size();
+    collect_island(island);
+    const std::uint8_t effort = effort_of(island, first);
+    if (effort == 0) continue;
+    efforts_ = std::max(efforts_, effort + 1u);
+    for (std::size_t k = first; k < contacts_.size(); ++k) contacts_[k].effort = effort;
+  }
+  // Kinematic bodies of joints need rows too.
+  for (std::uint32_t i = 0; i < joint_count_; ++i) {
+    const Joint& joint = step_->joints->rows[islands.joints[first_joint_ + i]];
+    row_of(joint.a);
+    row_of(joint.b);
+  }
+}
+
+void GroupSolver::collect_island(const Island& island) {
+  const ContactTable& table = *step_->contacts;
+  const Bodies& bodies = *step_->bodies;
+  const std::uint32_t end = island.first_contact + island.contact_count;
+  for (std::uint32_t i = island.first_contact; i < end; ++i) {
+    const ContactRef& ref = step_->islands->contacts[i];
     const ContactPair& pair = table.pairs[ref.pair];
     const Collider& a = step_->colliders->rows[pair.a];
     const Collider& b = step_->colliders->rows[pair.b];
@@ -148,17 +176,37 @@ void GroupSolver::collect_contacts() {
     const bool one = contact.points <= 1;
     contact.kind = full ? (one ? ContactKind::point1_full : ContactKind::points4_full)
                         : (one ? ContactKind::point1 : ContactKind::points4);
+    contact.effort = 0;
     has_bounces_ = has_bounces_ || contact.restitution > 0;
     contacts_.push_back(contact);
     row_a_.push_back(row_a);
     row_b_.push_back(row_b);
   }
-  // Kinematic bodies of joints need rows too.
-  for (std::uint32_t i = 0; i < joint_count_; ++i) {
-    const Joint& joint = step_->joints->rows[islands.joints[first_joint_ + i]];
-    row_of(joint.a);
-    row_of(joint.b);
+}
+
+// Where a heavy body rests on a light one, a pass carries no more than the light one's share of the
+// load, and warm starting builds it up only over (mass ratio) passes: meanwhile the heavy body sinks
+// by about g h^2 times that. More passes, for that island alone, keep this small.
+std::uint8_t GroupSolver::effort_of(const Island& island, std::size_t first_contact) const {
+  const Bodies& bodies = *step_->bodies;
+  const Vec3& gravity = step_->settings->gravity;
+  double heaviest = 0, lightest = 1e300;
+  for (std::size_t i = first_contact; i < contacts_.size(); ++i) {
+    if (row_a_[i] - 1 >= body_count_ || row_b_[i] - 1 >= body_count_) continue;
+    const double a = bodies.mass[body_[row_a_[i]]].mass, b = bodies.mass[body_[row_b_[i]]].mass;
+    if (a < kHeavyOnLight * b && b < kHeavyOnLight * a) continue;
+    const V3f normal = step_->contacts->manifolds[contacts_[i].manifold].normal;
+    const double down = gravity.dot(to_double(normal));  // positive: b lies below a
+    if ((a > b ? down : -down) <= kRestsOn * gravity.norm()) continue;
+    heaviest = std::max(heaviest, std::max(a, b));
+    lightest = std::min(lightest, std::min(a, b));
   }
+  std::uint8_t effort = 0;
+  while (effort < kMostEffort && heaviest > kRatioPerPass * lightest * (1 << effort) &&
+         (std::uint64_t{island.contact_count} << (effort + 1)) <= kEffortBudget) {
+    ++effort;
+  }
+  return effort;
 }
 
 void GroupSolver::set_constants() {
@@ -187,16 +235,20 @@ void GroupSolver::set_constants() {
   pass_.soft_load = kSoftLoad;
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   pass_.soft_fixed = soft(2 * hertz, settings.contact_damping_ratio, h);
+  carry_part_ = static_cast<float>(std::min(1.0, step_->dt / kCarryTime));
+  unbooked_pass_ = pass_;
+  unbooked_pass_.books = false;
 }
 
-// Counting sort by (colour, kind), stable, each bucket padded to whole blocks.
+// Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
-  const std::size_t buckets = std::size_t{colouring_.colours} * kContactKinds;
+  const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
   bucket_.assign(buckets + 1, 0);
   const auto key = [this](std::uint32_t contact) {
-    return colouring_.colour[contact] * kContactKinds +
-           static_cast<std::uint32_t>(contacts_[contact].kind);
+    const Contact& c = contacts_[contact];
+    return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
+           static_cast<std::uint32_t>(c.kind);
   };
   const auto count = static_cast<std::uint32_t>(contacts_.size());
   for (std::uint32_t i = 0; i < count; ++i) ++bucket_[key(i)];
@@ -216,7 +268,7 @@ void GroupSolver::make_chunks() {
   colour_chunks_.assign(1, 0);
   std::size_t memory = 0;
   std::uint32_t lane = 0;
-  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+  for (std::uint32_t colour = 0; colour < efforts_ * colouring_.colours; ++colour) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       // After sorting bucket_ holds the end of each bucket's contacts.
       const std::uint32_t end = bucket_[colour * kContactKinds + kind];
@@ -246,9 +298,16 @@ void GroupSolver::add_phase(Op op) {
 }
 
 void GroupSolver::add_colours(Op op) {
-  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
-    const std::uint32_t first = colour_chunks_[colour];
-    phases_.push_back({op, first, colour_chunks_[colour + 1] - first});
+  for (std::uint32_t effort = 0; effort < efforts_; ++effort) {
+    const std::uint32_t passes = op == Op::solve || op == Op::relax ? 1u << effort : 1u;
+    for (std::uint32_t pass = 0; pass < passes; ++pass) {
+      for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+        const std::uint32_t* chunk = &colour_chunks_[effort * colouring_.colours + colour];
+        if (chunk[1] > chunk[0]) {
+          phases_.push_back({op, chunk[0], chunk[1] - chunk[0], pass + 1 == passes});
+        }
+      }
+    }
   }
 }
 
@@ -302,14 +361,14 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
     case Op::store_joints:
       return run_joints(p.op);
     default:
-      return run_contacts(p.op, chunks_[p.first + block]);
+      return run_contacts(p, chunks_[p.first + block]);
   }
 }
 
-void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
+void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = memory_.data()->bytes + chunk.memory;
-  switch (op) {
+  switch (phase.op) {
     case Op::prepare:
       return prepare_chunk(chunk);
     case Op::warm_start:
@@ -317,7 +376,7 @@ void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
     case Op::solve:
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
-      return kernel.relax(pass_, blocks, chunk.count);
+      return kernel.relax(phase.books ? pass_ : unbooked_pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
     default:
@@ -422,6 +481,7 @@ void GroupSolver::gather_body(std::uint32_t row) {
   std::fill_n(ledger.angular_impulse, 3, 0.0);
   ledger.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
   ledger.pushed = ledger.impact = false;
+  ledger.held = {};
   ledger.from_rows = joint_count_ > 0 || mass.linear_damping > 0 || mass.angular_damping > 0;
 }
 
@@ -470,6 +530,7 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
     offset = center_of(pair.body_b) - center_of(pair.body_a);
   }
   for (int k = 0; k < 3; ++k) input.offset[k][lane] = static_cast<float>(offset[k]);
+  input.carried[lane] = manifold.carried_impulse;
   input.friction[lane] = padding ? 0.0f : contacts_[index].friction;
   input.restitution[lane] = padding ? 0.0f : contacts_[index].restitution;
   input.rolling[lane] = padding ? 0.0f : contacts_[index].rolling;
@@ -491,9 +552,13 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
 void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
   const Contact& contact = contacts_[index];
   Manifold& manifold = step_->contacts->manifolds[contact.manifold];
+  float sum = 0;
   for (std::uint32_t i = 0; i < contact.points; ++i) {
     manifold.points[i].normal_impulse = output.impulse[i][lane];
+    sum += output.impulse[i][lane];
   }
+  const float mean = sum / static_cast<float>(contact.points);
+  manifold.carried_impulse += carry_part_ * (mean - manifold.carried_impulse);
   const auto vector = [lane](const float(&v)[3][kMaxWidth]) {
     return V3f{v[0][lane], v[1][lane], v[2][lane]};
   };
@@ -509,6 +574,7 @@ void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::
   const Vec3 push = to_double(vector(output.push));
   const Vec3 torque_a = to_double(vector(output.torque));
   const bool pushed = output.total[lane] > 0;
+  const Vec3 normal = to_double(manifold.normal);
   const bool impact = pushed && output.approach[lane] > kImpactSpeed;
   const std::uint32_t a = row_a_[index], b = row_b_[index];
   const auto book = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
@@ -519,6 +585,7 @@ void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::
       ledger.angular_impulse[k] += sign * torque[k];
     }
     ledger.pushed = ledger.pushed || pushed;
+    if (pushed) ledger.held.hold(normal, contact.points > 1);
     ledger.impact = ledger.impact || impact;
   };
   book(a, push, torque_a, -1);
@@ -577,8 +644,8 @@ void GroupSolver::finish_body(std::uint32_t row) {
 
   // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
   // back where the change is the work of forces; an impact's place is exact as it is.
-  const Vec3 change = after.linear - motion.linear;
-  const Vec3 turn_change = after.angular - motion.angular;
+  const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
+  const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
   const double limit = static_cast<double>(ledger.smooth_change);
   if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;

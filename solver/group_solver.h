@@ -12,6 +12,7 @@
 #include "core/step_context.h"
 #include "solver/colouring.h"
 #include "solver/contact_blocks.h"
+#include "solver/held_directions.h"
 #include "solver/joint_solver.h"
 #include "solver/solver_body.h"
 
@@ -52,6 +53,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     Op op;
     std::uint32_t first;  // chunk of contacts
     std::uint32_t blocks;
+    bool books = true;  // see ContactPass
   };
   // Consecutive lane blocks of one colour and kind.
   struct Chunk {
@@ -67,6 +69,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     double impulse[3], angular_impulse[3];  // of contacts, N s and N m s
     float smooth_change;  // m/s: a velocity change up to this is a force's work, not an impact
     bool pushed, impact;
+    HeldDirections held;
     bool from_rows;  // joints or damping: contacts alone do not account for the motion
   };
   struct Contact {
@@ -75,6 +78,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     float friction, restitution, rolling;
     std::uint32_t points;
     ContactKind kind;
+    std::uint8_t effort;  // its island's: 2^effort passes instead of one
   };
   struct alignas(64) Memory {
     std::byte bytes[64];
@@ -83,6 +87,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_constants();
   void assign_rows();
   void collect_contacts();
+  void collect_island(const core::Island& island);
+  std::uint8_t effort_of(const core::Island& island, std::size_t first_contact) const;
   std::uint32_t row_of(core::BodyIndex body);
   void bucket_contacts();
   void make_chunks();
@@ -101,17 +107,18 @@ class GroupSolver final : public jobs::PhaseProgram {
   void finish_body(std::uint32_t row);
   Vec3 center_of(core::BodyIndex body) const;
   void run_joints(Op op);
-  void run_contacts(Op op, const Chunk& chunk);
+  void run_contacts(const Phase& phase, const Chunk& chunk);
   SolverBodies rows();
 
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_;
+  ContactPass pass_, unbooked_pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false;
+  float carry_part_ = 0;  // of the way to the present load that Manifold::carried_impulse goes
 
   std::vector<VelocityRow> velocity_, start_;
   std::vector<DeltaRow> delta_;
@@ -126,10 +133,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
-  std::vector<std::uint32_t> bucket_;  // [colour * kContactKinds + kind] first lane
+  std::uint32_t efforts_ = 1;          // one more than the highest of the group
+  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind)] first lane
   std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
   std::vector<Chunk> chunks_;
-  std::vector<std::uint32_t> colour_chunks_;  // [colours + 1] first chunk
+  std::vector<std::uint32_t> colour_chunks_;  // [(effort, colour) + 1] first chunk
   std::vector<Memory> memory_;
   std::vector<Phase> phases_;
 
