@@ -3,11 +3,10 @@ include(CMakePackageConfigHelpers)
 
 install(DIRECTORY include/skerry DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 
-# Two export sets: a project that wants skerry::jobs alone needs neither FCL nor Highway.
-install(TARGETS skerry_core skerry_jobs EXPORT skerry-jobs
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(TARGETS skerry_collision skerry_solver skerry_pipeline skerry_engine EXPORT skerry-engine
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# Two export sets: a project that wants skerry::jobs alone needs oneTBB and nothing else.
+install(TARGETS skerry_jobs EXPORT skerry-jobs ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS skerry_core skerry_collision skerry_solver skerry_pipeline skerry_engine
+        EXPORT skerry-engine ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/skerry)
 install(EXPORT skerry-jobs NAMESPACE skerry:: DESTINATION ${config_dir})
 install(EXPORT skerry-engine NAMESPACE skerry:: DESTINATION ${config_dir})

@@ -3,7 +3,7 @@ option(SKERRY_BUILD_BENCH "Build the benchmarks" ${PROJECT_IS_TOP_LEVEL})
 option(SKERRY_BUILD_APPS "Build the skerry program and the examples" ${PROJECT_IS_TOP_LEVEL})
 option(SKERRY_WERROR "Treat compiler warnings as errors" OFF)
 option(SKERRY_ASSERTS "Compile SKERRY_ASSERT and SKERRY_VALIDATE in" OFF)
-option(SKERRY_PCH "Precompile Eigen and GoogleTest headers for the tests" ON)
+option(SKERRY_PCH "Precompile Eigen and GoogleTest headers, once for all tests" ON)
 set(SKERRY_SANITIZE "" CACHE STRING "Sanitizers for -fsanitize=, for example address,undefined")
 set(SKERRY_TEST_TIMEOUT_SCALE 1 CACHE STRING "Factor on every test's time limit (slow builds)")
 

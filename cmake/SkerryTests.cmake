@@ -18,8 +18,10 @@ function(skerry_add_tests FOLDER)
   add_executable(${target} ${sources})
   target_link_libraries(${target} PRIVATE skerry_test_support skerry_scenes ${TEST_LIBS}
                         GTest::gmock GTest::gtest_main Threads::Threads)
-  if(SKERRY_PCH)
+  if(SKERRY_PCH AND FOLDER STREQUAL "support")
     target_precompile_headers(${target} PRIVATE <Eigen/Geometry> <gtest/gtest.h> <string> <vector>)
+  elseif(SKERRY_PCH)
+    target_precompile_headers(${target} REUSE_FROM skerry_test_test_support)
   endif()
 
   set(tsan "*StdThread*:*std_thread*")

@@ -205,10 +205,13 @@ std::shared_ptr<const MeshGeometry> build_mesh(const MeshData& data, const Vec3&
     throw std::invalid_argument("the scale of a mesh must be finite and not zero in any axis");
   auto mesh = std::make_shared<MeshGeometry>();
   set_triangles(*mesh, data, scale);
-  for (std::size_t i = 0; i < mesh->vertices.size(); ++i)
-    if (!std::isfinite(mesh->vertices[i].x + mesh->vertices[i].y + mesh->vertices[i].z))
+  for (std::size_t i = 0; i < mesh->vertices.size(); ++i) {
+    const core::V3f& v = mesh->vertices[i];
+    constexpr float kFarthest = 1e7f;  // m; as for the lengths of all shapes
+    if (!(std::abs(v.x) <= kFarthest && std::abs(v.y) <= kFarthest && std::abs(v.z) <= kFarthest))
       throw std::invalid_argument("vertex " + std::to_string(i) +
-                                  " of the mesh is not finite once scaled");
+                                  " of the mesh is farther than 1e7 m out in an axis, once scaled");
+  }
   if (mesh->triangles.empty())
     throw std::invalid_argument("all triangles of the mesh are degenerate (without area)");
   set_adjacency(*mesh);

@@ -1,5 +1,6 @@
 #include "collision/narrowphase_pairs.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace skerry::collision {
@@ -206,7 +207,7 @@ void inherit_by_place(const Manifold& old, std::uint32_t used, Manifold& manifol
   const float limit = kNearby * kNearby * std::fmax(squared_size(old), squared_size(manifold));
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     if (matched & (1u << i)) continue;
-    ManifoldPoint& point = manifold.points[i];
+    const ManifoldPoint& point = manifold.points[i];
     std::uint32_t nearest = old.point_count;
     float best = single ? 3e38f : limit;
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -217,7 +218,7 @@ void inherit_by_place(const Manifold& old, std::uint32_t used, Manifold& manifol
     }
     if (nearest == old.point_count) continue;
     used |= 1u << nearest;
-    point.normal_impulse = old.points[nearest].normal_impulse;
+    manifold.normal_impulse[i] = old.normal_impulse[nearest];
   }
 }
 
@@ -229,8 +230,8 @@ void inherit(const Manifold& old, Manifold& manifold) {
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
-      if (old.points[j].feature != manifold.points[i].feature || (used & (1u << j))) continue;
-      manifold.points[i].normal_impulse = old.points[j].normal_impulse;
+      if (old.feature[j] != manifold.feature[i] || (used & (1u << j))) continue;
+      manifold.normal_impulse[i] = old.normal_impulse[j];
       used |= 1u << j;
       matched |= 1u << i;
       break;
@@ -247,10 +248,12 @@ void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Mani
   manifold.point_count = patch.count;
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
   manifold.twist_impulse = manifold.total_impulse = manifold.carried_impulse = 0;
+  std::fill_n(manifold.normal_impulse, 4, 0.0f);
   float approach = 0;
   for (std::uint32_t i = 0; i < patch.count; ++i) {
     const ContactPoint& from = patch.points[i];
-    manifold.points[i] = {from.position, from.separation, 0, from.feature};
+    manifold.points[i] = {from.position, from.separation};
+    manifold.feature[i] = from.feature;
     const float vn = dot(patch.normal, linear + cross(angular, from.position));
     approach = std::fmax(approach, -vn);
   }

@@ -3,6 +3,7 @@
 
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
+#include "core/growth.h"
 
 namespace skerry::collision {
 namespace {
@@ -78,6 +79,7 @@ void ProxyBroadphase::find_parted(const StepContext& step) {
   parted_.clear();
   if (moved_.empty()) return;
   const auto end = static_cast<std::uint32_t>(partner_.size());
+  core::make_room(parted_, end + 1);
   parted_.resize(end + 1);
   std::uint32_t count = 0;
   for (std::uint32_t row = 0; row < end; ++row) {
@@ -119,6 +121,8 @@ ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t ke
   if ((a.flags | b.flags) & kIsMesh) pair.manifold_capacity = core::kMeshManifolds;
   if ((a.flags | b.flags) & kIsSensor) pair.flags |= core::kSensorPair;
   pair.first_manifold = core::take_manifolds(*step.contacts, pair.manifold_capacity);
+  core::set_materials(*step.contacts, pair, step.colliders->rows[pair.a],
+                      step.colliders->rows[pair.b]);
   return pair;
 }
 

@@ -128,6 +128,12 @@ void set_motion(Bodies& bodies, BodyIndex body, const Vec3& linear, const Vec3& 
     motion.angular_momentum[i] = dot(V3d{inertia(i, 0), inertia(i, 1), inertia(i, 2)}, omega);
 }
 
+void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& torque) {
+  bodies.flags[body] |= kForced;
+  bodies.force[body].force += force;
+  bodies.force[body].torque += torque;
+}
+
 void refresh_awake(Bodies& bodies) {
   if (!bodies.awake_stale) return;
   bodies.awake.clear();

@@ -33,6 +33,7 @@ enum BodyFlag : std::uint32_t {
   kLockRy = 1u << 12,
   kLockRz = 1u << 13,
   kLockMask = 0x3fu << 8,
+  kForced = 1u << 16,  // `force` holds something
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -47,16 +48,17 @@ struct BodyMotion {
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the centre, world; the primary quantity
 };
 
-struct BodyMass {
-  double mass = 0;                    // kg; 0 unless dynamic
-  double inv_mass = 0;                // 1/kg
-  Mat3 inertia_b = Mat3::Zero();      // kg m^2 about the centre, body axes
-  Mat3 inv_inertia_b = Mat3::Zero();  // its inverse
-  Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
-  double radius = 0;                  // m, of the sphere about the centre that holds all shapes
+// The first cache line has all that a body of isotropic inertia needs in a solve.
+struct alignas(64) BodyMass {
+  double mass = 0;      // kg; 0 unless dynamic
+  double inv_mass = 0;  // 1/kg
   double gravity_scale = 1;
-  double linear_damping = 0;   // 1/s
-  double angular_damping = 0;  // 1/s
+  double linear_damping = 0;          // 1/s
+  double angular_damping = 0;         // 1/s
+  double radius = 0;                  // m, of the sphere about the centre that holds all shapes
+  Mat3 inv_inertia_b = Mat3::Zero();  // kg^-1 m^-2 about the centre, body axes
+  Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
+  Mat3 inertia_b = Mat3::Zero();      // kg m^2, inverse of inv_inertia_b
 };
 
 struct BodyForce {
@@ -70,7 +72,7 @@ struct Bodies {
   std::vector<BodyPose> pose;
   std::vector<BodyMotion> motion;
   std::vector<BodyMass> mass;
-  std::vector<BodyForce> force;
+  std::vector<BodyForce> force;               // zero unless kForced; see add_force
   std::vector<float> still_time;              // s below the sleep thresholds
   std::vector<std::uint32_t> sleep_island;    // row of Sleepers::islands, kNone while awake
   std::vector<ColliderIndex> first_collider;  // chain through Collider::next_in_body, kNone: none
@@ -100,6 +102,9 @@ void free_row(Bodies& bodies, BodyIndex body);
 
 // Sets velocities so that linear, angular and angular momentum agree (locks respected).
 void set_motion(Bodies& bodies, BodyIndex body, const Vec3& linear, const Vec3& angular);
+
+// For the coming step.
+void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& torque);
 
 // Rebuilds `awake` from the flags if stale.
 void refresh_awake(Bodies& bodies);

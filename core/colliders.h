@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -94,16 +93,6 @@ struct Colliders {
   std::vector<std::shared_ptr<const void>> geometry;
 };
 
-// Combination of the materials of a pair (see skerry::Material).
-inline float combined_friction(const Collider& a, const Collider& b) {
-  return std::sqrt(a.friction * b.friction);
-}
-inline float combined_restitution(const Collider& a, const Collider& b) {
-  return a.restitution > b.restitution ? a.restitution : b.restitution;
-}
-inline float combined_rolling(const Collider& a, const Collider& b) {
-  return a.rolling_resistance > b.rolling_resistance ? a.rolling_resistance : b.rolling_resistance;
-}
 // skerry::Filter's rule.
 bool filters_meet(const Filter& a, const Filter& b);
 

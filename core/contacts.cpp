@@ -1,6 +1,7 @@
 #include "core/contacts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/assert.h"
 
@@ -29,6 +30,16 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity) {
   SKERRY_ASSERT(first + capacity <= table.manifolds.size(), "manifolds from another table");
   free_list(table, capacity).push_back(first);
+}
+
+void set_materials(ContactTable& table, const ContactPair& pair, const Collider& a,
+                   const Collider& b) {
+  for (std::uint32_t i = 0; i < pair.manifold_capacity; ++i) {
+    Manifold& manifold = table.manifolds[pair.first_manifold + i];
+    manifold.friction = std::sqrt(a.friction * b.friction);
+    manifold.restitution = std::max(a.restitution, b.restitution);
+    manifold.rolling_resistance = std::max(a.rolling_resistance, b.rolling_resistance);
+  }
 }
 
 }  // namespace skerry::core

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/bodies.h"
+#include "core/colliders.h"
 #include "core/vec.h"
 
 namespace skerry::core {
@@ -13,21 +13,24 @@ struct ManifoldPoint {
   V3f position;      // m, world axes, from the centre of mass of body a; halfway between the
                      // two surfaces
   float separation;  // m along the normal, negative when penetrating
-  float
-      normal_impulse;  // N s, of the last substep: warm start. Matched by feature from step to step
-  std::uint32_t feature;  // which features touch; the same while the same features do
 };
 
-// Up to four points that share a normal.
-struct Manifold {
+// Up to four points that share a normal. Rows of four floats, as the solver loads and stores them.
+struct alignas(32) Manifold {
   V3f normal{0, 0, 0};  // unit, world, from a to b
   std::uint32_t point_count = 0;
   ManifoldPoint points[4];
-  V3f friction_impulse{0, 0, 0};  // N s, world, on b: warm start
+  // Warm start: impulses of the last substep.
+  float normal_impulse[4] = {};   // N s, of the points; matched by feature from step to step
+  V3f friction_impulse{0, 0, 0};  // N s, world, on b
   float twist_impulse = 0;        // N m s about the normal, on b
   V3f rolling_impulse{0, 0, 0};   // N m s, world, on b
   float total_impulse = 0;        // N s along the normal over the whole step, for events
+  // Of the two materials together; written when the pair is made.
+  float friction = 0, restitution = 0;
+  float rolling_resistance = 0;   // m
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
+  std::uint32_t feature[4] = {};  // of the points: which features touch; the same while they do
   float carried_impulse = 0;  // N s, normal, of a mean point in a substep, over the last seconds
 };
 
@@ -67,5 +70,9 @@ struct ContactTable {
 // Manifold pool.
 std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
+
+// Combines the materials of a pair (see skerry::Material) into its manifolds.
+void set_materials(ContactTable& table, const ContactPair& pair, const Collider& a,
+                   const Collider& b);
 
 }  // namespace skerry::core

@@ -171,6 +171,7 @@ MassProperties body_mass(const BodyDesc& body, const std::vector<BuiltShape>& sh
     if (!(mass.mass > 0)) {
       throw InputError("mass", "mass: a dynamic body without solid shapes needs its mass given");
     }
+    check_mass("mass", mass.mass);
     return mass;
   }
   const MassOverride& given = *body.mass;
@@ -182,6 +183,9 @@ MassProperties body_mass(const BodyDesc& body, const std::vector<BuiltShape>& sh
     throw InputError("mass.inertia",
                      "mass.inertia: must be symmetric, positive definite and obey the triangle "
                      "inequality of principal moments");
+  }
+  if (!(mass.inertia.inverse().cwiseAbs().maxCoeff() <= 1e36)) {
+    throw InputError("mass.inertia", "mass.inertia: too small, its inverse is beyond 1e36");
   }
   return mass;
 }
@@ -394,8 +398,8 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
 
 void set_velocity(WorldData& world, BodyId body, const Vec3& linear, const Vec3& angular) {
   require(world, body);
-  check_finite("linear", linear);
-  check_finite("angular", angular);
+  check_rate("linear", linear);
+  check_rate("angular", angular);
   if (!world.bodies.is(body.index, core::kDynamic) &&
       !world.bodies.is(body.index, core::kKinematic)) {
     throw UsageError("body " + std::to_string(body.index) + " is fixed: it cannot have a velocity");
@@ -424,8 +428,7 @@ void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& t
   check_finite("torque", torque);
   if (!world.bodies.is(body.index, core::kDynamic)) return;
   wake(world, body.index);
-  world.bodies.force[body.index].force += force;
-  world.bodies.force[body.index].torque += torque;
+  core::add_force(world.bodies, body.index, force, torque);
 }
 
 void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec3& offset) {

@@ -30,12 +30,24 @@ bool finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
+// Both are converted to float and multiplied with impulses.
+void check_coefficient(const std::string& field, double value) {
+  if (!(value >= 0 && value <= 1e6)) refuse(field, "between 0 and 1e6", text(value));
+}
+
 void check_material(const std::string& field, double friction, double restitution,
                     double rolling_resistance) {
-  check_not_negative(field + "friction", friction);
+  check_coefficient(field + "friction", friction);
   check_not_negative(field + "restitution", restitution);
   if (restitution > 1) refuse(field + "restitution", "at most 1", text(restitution));
-  check_not_negative(field + "rolling_resistance", rolling_resistance);
+  check_coefficient(field + "rolling_resistance", rolling_resistance);
+}
+
+// Of a part of a body from the body's origin: no farther than a shape can be long.
+void check_offset(const std::string& field, const Vec3& value) {
+  if (!(value.cwiseAbs().maxCoeff() <= 1e7) || !finite(value)) {
+    refuse(field, "finite and at most 1e7 m in each axis", text(value));
+  }
 }
 
 struct GeometryCheck {
@@ -62,7 +74,7 @@ struct GeometryCheck {
       refuse(field + ".points", "at least 4 points", std::to_string(s.points.size()));
     }
     for (std::size_t i = 0; i < s.points.size(); ++i) {
-      check_finite(field + ".points[" + std::to_string(i) + "]", s.points[i]);
+      check_offset(field + ".points[" + std::to_string(i) + "]", s.points[i]);
     }
   }
   void operator()(const Plane& s) const {
@@ -87,7 +99,8 @@ struct GeometryCheck {
 
 void check_shape(const std::string& field, const Shape& shape, BodyType type) {
   std::visit(GeometryCheck{field, type}, shape.geometry);
-  check_pose(field + ".local_pose", shape.options.local_pose);
+  check_offset(field + ".local_pose.position", shape.options.local_pose.position);
+  check_rotation(field + ".local_pose.orientation", shape.options.local_pose.orientation);
   if (shape.options.density) check_positive(field + ".density", *shape.options.density);
   if (const auto& m = shape.options.material) {
     check_material(field + ".material.", m->friction, m->restitution, m->rolling_resistance);
@@ -108,6 +121,21 @@ void check_positive(const std::string& field, double value) {
 void check_not_negative(const std::string& field, double value) {
   if (!std::isfinite(value) || value < 0) refuse(field, "zero or more and finite", text(value));
 }
+void check_position(const std::string& field, const Vec3& value) {
+  if (!finite(value) || value.cwiseAbs().maxCoeff() > 1e12) {
+    refuse(field, "finite and at most 1e12 m in each axis", text(value));
+  }
+}
+void check_rate(const std::string& field, const Vec3& value) {
+  if (!finite(value) || value.cwiseAbs().maxCoeff() > 1e9) {
+    refuse(field, "finite and at most 1e9 per second in each axis", text(value));
+  }
+}
+void check_mass(const std::string& field, double value) {
+  if (!(value >= 1e-20 && value <= 1e30)) {
+    refuse(field, "a mass between 1e-20 and 1e30 kg", text(value));
+  }
+}
 void check_length(const std::string& field, double value) {
   if (!(value >= 1e-6 && value <= 1e7)) {
     refuse(field, "a length between 1e-6 and 1e7 m", text(value));
@@ -119,7 +147,7 @@ void check_rotation(const std::string& field, const Quat& value) {
   if (!(std::abs(norm - 1) <= 1e-3)) refuse(field, "a unit quaternion", text(value));
 }
 void check_pose(const std::string& field, const Pose& pose) {
-  check_finite(field + ".position", pose.position);
+  check_position(field + ".position", pose.position);
   check_rotation(field + ".orientation", pose.orientation);
 }
 void check_unit(const std::string& field, const Vec3& value) {
@@ -129,7 +157,7 @@ void check_unit(const std::string& field, const Vec3& value) {
 }
 
 void check_settings(const WorldSettings& settings) {
-  check_finite("gravity", settings.gravity);
+  check_rate("gravity", settings.gravity);
   if (settings.workers < 0 || settings.workers > 1024) {
     refuse("workers", "between 0 (automatic) and 1024", std::to_string(settings.workers));
   }
@@ -160,18 +188,20 @@ void check_body(const BodyDesc& body) {
   for (std::size_t i = 0; i < body.shapes.size(); ++i) {
     check_shape("shapes[" + std::to_string(i) + "]", body.shapes[i], body.type);
   }
-  check_finite("position", body.position);
+  check_position("position", body.position);
   check_rotation("orientation", body.orientation);
-  check_finite("linear_velocity", body.linear_velocity);
-  check_finite("angular_velocity", body.angular_velocity);
+  check_rate("linear_velocity", body.linear_velocity);
+  check_rate("angular_velocity", body.angular_velocity);
   check_positive("density", body.density);
   check_material("", body.friction, body.restitution, body.rolling_resistance);
-  check_finite("gravity_scale", body.gravity_scale);
+  if (!(std::abs(body.gravity_scale) <= 1e9)) {
+    refuse("gravity_scale", "finite and at most 1e9 in size", text(body.gravity_scale));
+  }
   check_not_negative("linear_damping", body.linear_damping);
   check_not_negative("angular_damping", body.angular_damping);
   if (body.mass) {
-    check_positive("mass.mass", body.mass->mass);
-    if (body.mass->center) check_finite("mass.center", *body.mass->center);
+    check_mass("mass.mass", body.mass->mass);
+    if (body.mass->center) check_offset("mass.center", *body.mass->center);
   }
   if (body.type == BodyType::fixed &&
       (body.linear_velocity != Vec3::Zero() || body.angular_velocity != Vec3::Zero())) {
@@ -180,7 +210,7 @@ void check_body(const BodyDesc& body) {
 }
 
 void check_time_step(double dt) {
-  if (!(dt > 0 && dt <= 1)) refuse("dt", "above 0 and at most 1 s", text(dt));
+  if (!(dt >= 1e-6 && dt <= 1)) refuse("dt", "between 1e-6 and 1 s", text(dt));
 }
 
 void check_command(const Command& command) {
@@ -194,8 +224,8 @@ void check_command(const Command& command) {
       check_finite("torque", c.torque);
     }
     void operator()(const SetVelocity& c) const {
-      check_finite("linear", c.linear);
-      check_finite("angular", c.angular);
+      check_rate("linear", c.linear);
+      check_rate("angular", c.angular);
     }
     void operator()(const SetPose& c) const { check_pose("pose", c.pose); }
     void operator()(const Spawn& c) const { check_body(c.body); }

@@ -16,6 +16,12 @@ void check_finite(const std::string& field, const Vec3& value);
 void check_positive(const std::string& field, double value);
 // Finite and >= 0.
 void check_not_negative(const std::string& field, double value);
+// At most 1e12 m from the origin: a double there still tells 0.1 mm apart.
+void check_position(const std::string& field, const Vec3& value);
+// A velocity or acceleration, per second: at most 1e9 m or rad. Its square is far from the end of float.
+void check_rate(const std::string& field, const Vec3& value);
+// Between 1e-20 and 1e30 kg: the inverse is a float.
+void check_mass(const std::string& field, double value);
 // A length of a shape: between a micrometre and 10,000 km, the range that single precision kernels
 // can tell apart.
 void check_length(const std::string& field, double value);
@@ -27,6 +33,7 @@ void check_unit(const std::string& field, const Vec3& value);
 void check_settings(const WorldSettings& settings);
 // Everything about a body that can be said without building its geometry.
 void check_body(const BodyDesc& body);
+// s, between 1e-6 and 1.
 void check_time_step(double dt);
 // The values in a command, not whether its body exists.
 void check_command(const Command& command);

@@ -61,15 +61,43 @@ std::optional<Pose> Snapshot::find(BodyId body) const {
 
 namespace pipeline {
 
-std::unique_ptr<SnapshotFrame> SnapshotBuffer::Pool::take() {
+// The allocator of a shared_ptr's reference count: it lies in the frame itself, and once it is gone,
+// after the last reader, the frame is free.
+template <class Count>
+class SnapshotBuffer::CountInFrame {
+ public:
+  using value_type = Count;
+  CountInFrame(std::shared_ptr<Pool> pool, PooledFrame* frame)
+      : pool_(std::move(pool)), frame_(frame) {}
+  template <class Other>
+  CountInFrame(const CountInFrame<Other>& other) : pool_(other.pool_), frame_(other.frame_) {}
+
+  Count* allocate(std::size_t) {
+    static_assert(sizeof(Count) <= PooledFrame::kCountSize);
+    return reinterpret_cast<Count*>(frame_->count.data());
+  }
+  void deallocate(Count*, std::size_t) { pool_->give(std::unique_ptr<PooledFrame>(frame_)); }
+  template <class Other>
+  bool operator==(const CountInFrame<Other>& other) const {
+    return frame_ == other.frame_;
+  }
+
+ private:
+  template <class Other>
+  friend class CountInFrame;
+  std::shared_ptr<Pool> pool_;
+  PooledFrame* frame_;
+};
+
+std::unique_ptr<SnapshotBuffer::PooledFrame> SnapshotBuffer::Pool::take() {
   const std::lock_guard lock(mutex);
-  if (frames.empty()) return std::make_unique<SnapshotFrame>();
-  std::unique_ptr<SnapshotFrame> frame = std::move(frames.back());
+  if (frames.empty()) return std::make_unique<PooledFrame>();
+  std::unique_ptr<PooledFrame> frame = std::move(frames.back());
   frames.pop_back();
   return frame;
 }
 
-void SnapshotBuffer::Pool::give(std::unique_ptr<SnapshotFrame> frame) {
+void SnapshotBuffer::Pool::give(std::unique_ptr<PooledFrame> frame) {
   const std::lock_guard lock(mutex);
   frames.push_back(std::move(frame));
 }
@@ -77,15 +105,15 @@ void SnapshotBuffer::Pool::give(std::unique_ptr<SnapshotFrame> frame) {
 void SnapshotBuffer::publish(std::uint64_t step, double time, const std::vector<BodyId>& bodies,
                              const std::vector<Pose>& poses) {
   if (!wanted_.load(std::memory_order_relaxed)) return;
-  std::unique_ptr<SnapshotFrame> frame = pool_->take();
+  std::unique_ptr<PooledFrame> frame = pool_->take();
   frame->step = step;
   frame->time = time;
   frame->bodies = bodies;
   frame->poses = poses;
   frame->published_ns = core::now_ns();
-  std::shared_ptr<const SnapshotFrame> shared(frame.release(), [pool = pool_](SnapshotFrame* f) {
-    pool->give(std::unique_ptr<SnapshotFrame>(f));
-  });
+  PooledFrame* const kept = frame.release();  // by the count, which gives it back
+  std::shared_ptr<const SnapshotFrame> shared(
+      kept, [](const SnapshotFrame*) {}, CountInFrame<std::byte>(pool_, kept));
   const std::lock_guard lock(mutex_);
   previous_.swap(current_);
   current_.swap(shared);

@@ -1,7 +1,9 @@
 // The last two published steps, for readers on other threads.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -12,7 +14,7 @@
 namespace skerry::pipeline {
 
 // Threads: publish() from the simulating thread, everything else from any thread. Frames come back
-// once no reader holds them, so a steady state copies into memory it already has.
+// once no reader holds them, so a steady state copies into memory it already has and allocates none.
 class SnapshotBuffer {
  public:
   // Copies the state if anybody has asked for snapshots.
@@ -29,13 +31,20 @@ class SnapshotBuffer {
   Snapshot latest(SnapshotView view, double dt, std::int64_t epoch_ns) const;
 
  private:
+  // A frame with room for the reference count of the pointers to it.
+  struct PooledFrame : SnapshotFrame {
+    static constexpr std::size_t kCountSize = 128;
+    alignas(std::max_align_t) std::array<std::byte, kCountSize> count;
+  };
   // Frames nobody reads. Shared, for a reader may outlive the world.
   struct Pool {
     std::mutex mutex;
-    std::vector<std::unique_ptr<SnapshotFrame>> frames;  // guarded
-    std::unique_ptr<SnapshotFrame> take();
-    void give(std::unique_ptr<SnapshotFrame> frame);
+    std::vector<std::unique_ptr<PooledFrame>> frames;  // guarded
+    std::unique_ptr<PooledFrame> take();
+    void give(std::unique_ptr<PooledFrame> frame);
   };
+  template <class Count>
+  class CountInFrame;
 
   std::atomic<bool> wanted_ = false;
   std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();

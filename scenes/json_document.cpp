@@ -215,11 +215,16 @@ JsonDocument::JsonDocument(const std::string& text, std::string file_name)
                             CountingIterator(begin + text.size(), &counter), &builder);
 }
 
+void fail_no_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool exists = std::filesystem::exists(path, error);
+  throw SceneError(path.empty() ? "''" : path.string(), 0, "",
+                   exists ? "is not a regular file" : "no such file");
+}
+
 std::string read_text_file(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    throw SceneError(path.string(), 0, "", "no such file");
-  }
+  if (!std::filesystem::is_regular_file(path, error)) fail_no_file(path);
   if (std::filesystem::file_size(path, error) > kMaxFileSize) {
     throw SceneError(path.string(), 0, "", "larger than 256 MB");
   }

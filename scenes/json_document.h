@@ -57,6 +57,9 @@ class JsonDocument {
   const JsonNode* root_ = nullptr;
 };
 
+// Says why the path cannot be read as a file.
+[[noreturn]] void fail_no_file(const std::filesystem::path& path);
+
 // The text of a file. Throws SceneError if it cannot be read or is larger than 256 MB.
 std::string read_text_file(const std::filesystem::path& path);
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "scenes/catalogue.h"
+#include "scenes/json_document.h"
 #include "scenes/near_names.h"
 
 namespace skerry::scenes {
@@ -27,7 +28,7 @@ std::vector<std::string> known_names() {
 
 [[noreturn]] void fail_unknown_scene(const std::string& name) {
   if (name.ends_with(".json") || name.find('/') != std::string::npos) {
-    throw SceneError(name, 0, "", "no such file");
+    fail_no_file(name);
   }
   throw std::out_of_range("unknown scene '" + name + "'" + did_you_mean(name, known_names()) +
                           "; `skerry scenes` lists them");

@@ -12,7 +12,11 @@ std::string sentence(const std::string& file, int line, const std::string& path,
   if (line > 0) text.append(":").append(std::to_string(line));
   text.append(": ");
   if (!path.empty()) text.append(path).append(": ");
-  return text.append(detail);
+  text.append(detail);
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';  // names from the file
+  }
+  return text;
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 namespace skerry::scenes {
 
-// What is wrong with a scene file. what() is one line: "tower.json:12: bodies[3].shapes[0].radius:
+// What is wrong with a scene file. what() is one line, control characters shown as ?: "tower.json:12: bodies[3].shapes[0].radius:
 // must be positive, got -0.5".
 class SceneError : public std::runtime_error {
  public:

@@ -32,7 +32,7 @@ void read_defaults(const JsonNode& root, SceneDefaults& defaults) {
   if_given(root, "gravity", [&](const JsonNode& n) { defaults.gravity = read_vec3(n); });
   if_given(root, "dt", [&](const JsonNode& n) {
     defaults.dt = read_positive(n);
-    if (defaults.dt > 1) n.refuse("at most 1 s");
+    if (defaults.dt < 1e-6 || defaults.dt > 1) n.refuse("between 1e-6 and 1 s");
   });
   if_given(root, "substeps", [&](const JsonNode& n) {
     defaults.substeps = static_cast<int>(read_integer(n, 1, 64));

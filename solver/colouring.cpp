@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/growth.h"
+
 namespace skerry::solver {
 
 void Colouring::run(const std::uint32_t* row_a, const std::uint32_t* row_b, std::uint32_t count,
@@ -10,7 +12,7 @@ void Colouring::run(const std::uint32_t* row_a, const std::uint32_t* row_b, std:
   if (colour.size() < count) colour.resize(count);
   colours = 0;
   left_.clear();
-  used_.assign(dynamic_end, 0);
+  core::refill(used_, dynamic_end, std::uint64_t{0});
   const std::uint32_t solved = dynamic_end - 1;
   std::uint32_t base = 0;
   const auto place = [&](std::uint32_t contact) {

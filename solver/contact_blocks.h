@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "core/contacts.h"
 #include "core/vec.h"
 #include "solver/solver_body.h"
 
@@ -59,30 +60,42 @@ struct ContactPass {
   bool books = true;    // the relax pass adds its impulses to the sums over the step
 };
 
+// A core::Manifold as the kernels load and store it: rows of four floats.
+enum ManifoldRow : std::uint32_t {
+  kNormalRow = 0,    // normal, count of points
+  kPointRow = 4,     // of the first of four points: position, separation
+  kImpulseRow = 20,  // of the points
+  kFrictionRow = 24,
+  kRollingRow = 28,   // rolling impulse, total impulse
+  kMaterialRow = 32,  // friction, restitution, rolling resistance, approach speed
+};
+static_assert(offsetof(core::Manifold, points) == 4 * kPointRow &&
+              sizeof(core::ManifoldPoint) == 4 * 4 &&
+              offsetof(core::Manifold, normal_impulse) == 4 * kImpulseRow &&
+              offsetof(core::Manifold, friction_impulse) == 4 * kFrictionRow &&
+              offsetof(core::Manifold, rolling_impulse) == 4 * kRollingRow &&
+              offsetof(core::Manifold, friction) == 4 * kMaterialRow);
+
 // One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.
 struct alignas(64) LaneInput {
-  const float* manifold[kMaxWidth];  // core::Manifold
+  const float* manifold[kMaxWidth];
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
-  float count[kMaxWidth];       // points
-  float offset[3][kMaxWidth];   // m, centre of b from centre of a
-  float impulse[4][kMaxWidth];  // N s, of the points, warm start; 0 beyond count
-  float carried[kMaxWidth];     // N s, Manifold::carried_impulse
-  float friction[kMaxWidth], restitution[kMaxWidth], rolling[kMaxWidth];
-  // Inverse mass per axis, for the full kinds.
+  float offset[3][kMaxWidth];  // m, centre of b from centre of a
+  float carried[kMaxWidth];    // N s, Manifold::carried_impulse
+  // Inverse mass per axis; for the full kinds alone.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
 };
 
-// And out of them.
+// And out of them: impulses for the next step and for events into the manifolds, and what the step
+// gave to the bodies, restitution included.
 struct alignas(64) LaneOutput {
-  float impulse[4][kMaxWidth];
-  float friction[3][kMaxWidth];  // N s, world, on b
-  float twist[kMaxWidth];
-  float rolling[3][kMaxWidth];  // N m s, world, on b
-  float total[kMaxWidth];       // N s along the normal over the step
-  float approach[kMaxWidth];    // m/s
-  // Sums over the step, restitution included.
-  float push[3][kMaxWidth];    // N s, world, on b
-  float torque[3][kMaxWidth];  // N m s, world, on b about the centre of a
+  float* manifold[kMaxWidth];
+  struct alignas(16) Row {
+    core::V3f v;
+    float s;
+  };
+  Row push[kMaxWidth];    // N s, world, on b; sum along the normal
+  Row torque[kMaxWidth];  // N m s, world, on b about the centre of a; approach speed, m/s
 };
 
 template <int W>
@@ -168,7 +181,7 @@ struct ContactKernels {
     void (*solve)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*relax)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
-    void (*store)(const void* block, LaneOutput& output);
+    void (*store)(const void* block, LaneOutput& output);  // padding lanes need manifolds too
   };
   const char* name;
   std::uint32_t width;

@@ -529,19 +529,16 @@ struct KernelsOf {
       block.row_b[i] = input.row_b[i];
     }
     const F none = zero();
-    F head[4], point[4][4];
-    const float* address[W];
-    L::gather(input.manifold, head);
-    for (int i = 0; i < P; ++i) {
-      for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + (4 + 6 * i);
-      L::gather(address, point[i]);
-    }
+    F head[4], point[4][4], material[4];
+    gather_row(input, kNormalRow, head);
+    for (std::uint32_t i = 0; i < P; ++i) gather_row(input, kPointRow + 4 * i, point[i]);
+    gather_row(input, kMaterialRow, material);
     Frame<P, kFull> f;
     f.n = {head[0], head[1], head[2]};
     f.t1 = across(f.n);
     f.t2 = cross(f.n, f.t1);
     // The centre: mean of the points.
-    const F count = L::load(input.count);
+    const F count = L::integers(head[3]);
     V r[P];
     M there[P];
     for (int i = 0; i < P; ++i) {
@@ -587,7 +584,7 @@ struct KernelsOf {
     store(a_1n, friction.from_normal[0][0]);
     store(a_2n, friction.from_normal[1][0]);
     const M pushes = L::less(none, count);
-    store(L::select(pushes, L::load(input.friction), none), friction.coefficient);
+    store(L::select(pushes, material[0], none), friction.coefficient);
 
     if constexpr (P == 1) {
       store(L::select(there[0], inverse_or_zero(g_nn), none), block.points.mass[0]);
@@ -641,19 +638,25 @@ struct KernelsOf {
       invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
               block.full.rolling_slide_mass);
     }
-    prepare_impulses(pass, input, f, there, point, block);
+    prepare_impulses(pass, input, f, there, point, material, block);
+  }
+
+  SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
+    const float* address[W];
+    for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + row;
+    L::gather(address, out);
   }
 
   // Warm start, separations, and how fast the bodies come together.
   template <int P, bool kFull>
   SKERRY_LANE void prepare_impulses(const ContactPass& pass, const LaneInput& input,
                                     const Frame<P, kFull>& f, const M* there,
-                                    const F (*point)[4], ContactBlock<W, P, kFull>& block) {
+                                    const F (*point)[4], const F* material,
+                                    ContactBlock<W, P, kFull>& block) {
     const F none = zero();
-    const float* address[W];
-    F tail[4];
-    for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + 28;
-    L::gather(address, tail);
+    F impulse[4], tail[4];
+    gather_row(input, kImpulseRow, impulse);
+    gather_row(input, kFrictionRow, tail);
     const V old = {tail[0], tail[1], tail[2]};
     auto& friction = block.friction;
     store(dot(f.t1, old), friction.impulse[0]);
@@ -679,7 +682,7 @@ struct KernelsOf {
     for (int i = 0; i < P; ++i) {
       const F s = L::select(there[i], point[i][3], L::set(1e6f));
       store(s, block.points.separation[i]);
-      store(L::load(input.impulse[i]), block.points.impulse[i]);
+      store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
       // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
       const M meets = L::both(there[i], L::either(together, L::less(vn[i], none)));
       const F square = L::select(
@@ -687,7 +690,7 @@ struct KernelsOf {
           none);
       fastest = L::max(fastest, square);
       if constexpr (kFull) {
-        const F e = L::load(input.restitution);
+        const F e = material[1];
         const M bounces = L::less(threshold * threshold, square);
         store(L::select(bounces, (e * e) * square, none), block.full.bounce[i]);
         store(none, block.full.max_impulse[i]);
@@ -696,12 +699,11 @@ struct KernelsOf {
     store(L::sqrt(fastest), block.approach);
     store(L::load(input.carried), block.carried);
     if constexpr (kFull) {
-      for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + 32;
-      L::gather(address, tail);
+      gather_row(input, kRollingRow, tail);
       const V rolling = {tail[0], tail[1], tail[2]};
       store(dot(f.t1, rolling), block.full.rolling_impulse[0]);
       store(dot(f.t2, rolling), block.full.rolling_impulse[1]);
-      store(L::load(input.rolling), block.full.rolling_coefficient);
+      store(material[2], block.full.rolling_coefficient);
       store(none, block.full.rolling_sum[0]);
       store(none, block.full.rolling_sum[1]);
       store(acceleration, block.full.acceleration);
@@ -713,40 +715,46 @@ struct KernelsOf {
     const auto& block = *static_cast<const ContactBlock<W, P, kFull>*>(memory);
     const Frame<P, kFull> f = load_frame(block);
     const auto& friction = block.friction;
-    for (int i = 0; i < P; ++i) L::store(load(block.points.impulse[i]), output.impulse[i]);
+    const F none = zero();
+    F impulse[4] = {none, none, none, none};
+    for (int i = 0; i < P; ++i) impulse[i] = load(block.points.impulse[i]);
+    scatter_row(output, kImpulseRow, impulse);
     const V p = add(mul(f.t1, load(friction.impulse[0])), mul(f.t2, load(friction.impulse[1])));
-    L::store(p.x, output.friction[0]);
-    L::store(p.y, output.friction[1]);
-    L::store(p.z, output.friction[2]);
-    L::store(load(friction.sum[0]), output.total);
-    L::store(load(block.approach), output.approach);
-    const V push = add(mul(f.n, load(friction.sum[0])),
-                       add(mul(f.t1, load(friction.sum[1])), mul(f.t2, load(friction.sum[2]))));
-    V torque = cross(f.ca, push);
+    const F total = load(friction.sum[0]), approach = load(block.approach);
+    const V push = add(mul(f.n, total), add(mul(f.t1, load(friction.sum[1])),
+                                            mul(f.t2, load(friction.sum[2]))));
+    V torque = cross(f.ca, push), rolling = {none, none, none};
+    F twist = none;
     if constexpr (P > 1) {
-      L::store(load(friction.impulse[2]), output.twist);
+      twist = load(friction.impulse[2]);
       torque = add(torque, add(add(mul(f.t1, load(friction.sum[3])),
                                    mul(f.t2, load(friction.sum[4]))),
                                mul(f.n, load(friction.sum[5]))));
-    } else {
-      L::store(zero(), output.twist);
     }
-    V rolling = {zero(), zero(), zero()};
     if constexpr (kFull) {
       rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),
                     mul(f.t2, load(block.full.rolling_impulse[1])));
       torque = add(torque, add(mul(f.t1, load(block.full.rolling_sum[0])),
                                mul(f.t2, load(block.full.rolling_sum[1]))));
     }
-    L::store(rolling.x, output.rolling[0]);
-    L::store(rolling.y, output.rolling[1]);
-    L::store(rolling.z, output.rolling[2]);
-    L::store(push.x, output.push[0]);
-    L::store(push.y, output.push[1]);
-    L::store(push.z, output.push[2]);
-    L::store(torque.x, output.torque[0]);
-    L::store(torque.y, output.torque[1]);
-    L::store(torque.z, output.torque[2]);
+    scatter_row(output, kFrictionRow, {p.x, p.y, p.z, twist});
+    scatter_row(output, kRollingRow, {rolling.x, rolling.y, rolling.z, total});
+    float* push_row[W];
+    float* torque_row[W];
+    for (int k = 0; k < W; ++k) {
+      push_row[k] = floats(output.push + k);
+      torque_row[k] = floats(output.torque + k);
+    }
+    const F pushes[4] = {push.x, push.y, push.z, total};
+    const F torques[4] = {torque.x, torque.y, torque.z, approach};
+    L::scatter(pushes, push_row);
+    L::scatter(torques, torque_row);
+    for (int k = 0; k < W; ++k) output.manifold[k][kMaterialRow + 3] = output.torque[k].s;
+  }
+  SKERRY_LANE void scatter_row(const LaneOutput& output, std::uint32_t row, const F (&in)[4]) {
+    float* address[W];
+    for (int k = 0; k < W; ++k) address[k] = output.manifold[k] + row;
+    L::scatter(in, address);
   }
 
   template <int P, bool kFull>

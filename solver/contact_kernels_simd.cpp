@@ -41,6 +41,10 @@ struct HighwayLanes {
   SKERRY_LANE M both(const M& a, const M& b) { return hn::And(a, b); }
   SKERRY_LANE bool any(const M& m) { return !hn::AllFalse(D(), m); }
 
+  SKERRY_LANE F integers(const F& bits) {
+    return hn::ConvertTo(D(), hn::BitCast(hn::RebindToSigned<D>(), bits));
+  }
+
   // Lanes i, i + 4, i + 8, ... hold the four floats at p[i], p[i + 4], ...
   SKERRY_LANE F load_rows(const float* const* p) {
     const D4 d4;

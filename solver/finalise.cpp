@@ -50,7 +50,10 @@ void finalise_body(const StepContext& step, BodyIndex body, bool free) {
   const bool moves = (flags & core::kAwake) && !(flags & core::kQuarantined);
   flags = moves ? flags | core::kChanged : flags & ~core::kChanged;
   if (flags & core::kDynamic) bodies.still_time[body] = still_time_after(step, body, free);
-  bodies.force[body] = {};
+  if (flags & core::kForced) {
+    bodies.force[body] = {};
+    flags &= ~core::kForced;
+  }
 }
 
 std::span<const BodyIndex> members(const Islands& islands, const Island& island) {

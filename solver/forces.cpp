@@ -44,9 +44,11 @@ ExternalForce external_force(const core::StepContext& step, core::BodyIndex body
   const core::Bodies& bodies = *step.bodies;
   const core::BodyMass& mass = bodies.mass[body];
   ExternalForce sum;
-  sum.force = bodies.force[body].force;
+  if (bodies.flags[body] & core::kForced) {
+    sum.force = bodies.force[body].force;
+    sum.torque = bodies.force[body].torque;
+  }
   sum.force += step.settings->gravity * (mass.mass * mass.gravity_scale);
-  sum.torque = bodies.force[body].torque;
   if (forces_vary(step)) {
     const ExternalForce fields = field_force(step, {.body = bodies.id(body),
                                                     .time = t,

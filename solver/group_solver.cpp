@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/assert.h"
+#include "core/growth.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
@@ -26,10 +27,10 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // what rests sink (docs/decisions/0005).
 constexpr double kCarryTime = 2;  // s
 
-// It gives way to this impulse per effective mass and substep at most, and carries the rest rigidly:
-// until a load many times the body's weight has become the usual one, the body must not sink in. The
-// lowest contacts of a pyramid of 100 rows reach 4.2 m/s.
-constexpr float kSoftLoad = 5;  // m/s
+// It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
+// many times the body's weight has become the usual one, the body must sink in by no more than this
+// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
+constexpr double kSoftLoad = 1200;  // m/s^2
 
 // See effort_of.
 constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
@@ -49,6 +50,16 @@ Softness soft(double hertz, double damping_ratio, double h) {
   const double a2 = h * omega * a1;
   const double a3 = 1 / (1 + a2);
   return {static_cast<float>(omega / a1), static_cast<float>(a2 * a3), static_cast<float>(a3)};
+}
+
+// Contacts and bodies ahead of the present one whose rows are asked for.
+constexpr std::uint32_t kPrefetch = 8;
+
+// All lines of a row that will be read soon.
+template <class T>
+void prefetch(const T& row) {
+  const auto* bytes = reinterpret_cast<const char*>(&row);
+  for (std::size_t i = 0; i < sizeof(T); i += 64) __builtin_prefetch(bytes + i);
 }
 
 const Manifold& empty_manifold() {
@@ -84,9 +95,9 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
   collect_contacts();
+  set_efforts();
   set_constants();
-  colouring_.run(row_a_.data(), row_b_.data(), static_cast<std::uint32_t>(contacts_.size()),
-                 pass_.dynamic_end);
+  colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
   make_chunks();
   list_phases();
@@ -101,6 +112,7 @@ void GroupSolver::assign_rows() {
   first_joint_ = first.first_joint;
   joint_count_ = last.first_joint + last.joint_count - first_joint_;
   row_count_ = 1 + body_count_;
+  core::make_room(body_, row_count_);
   body_.resize(row_count_);
   body_[0] = kNone;
   std::copy_n(islands.bodies.begin() + first_body_, body_count_, body_.begin() + 1);
@@ -129,19 +141,31 @@ std::uint32_t GroupSolver::row_of(BodyIndex body) {
 
 void GroupSolver::collect_contacts() {
   const Islands& islands = *step_->islands;
-  contacts_.clear();
-  row_a_.clear();
-  row_b_.clear();
+  const ContactTable& table = *step_->contacts;
+  const Island& first = islands.islands[group_.first];
+  const Island& last = islands.islands[group_.first + group_.count - 1];
+  const std::uint32_t begin = first.first_contact;
+  const std::uint32_t count = last.first_contact + last.contact_count - begin;
+  grow(contacts_, count);
+  grow(row_a_, count);
+  grow(row_b_, count);
+  contact_count_ = count;
   has_bounces_ = false;
-  efforts_ = 1;
-  for (std::uint32_t i = 0; i < group_.count; ++i) {
-    const Island& island = islands.islands[group_.first + i];
-    const std::size_t first = contacts_.size();
-    collect_island(island);
-    const std::uint8_t effort = effort_of(island, first);
-    if (effort == 0) continue;
-    efforts_ = std::max(efforts_, effort + 1u);
-    for (std::size_t k = first; k < contacts_.size(); ++k) contacts_[k].effort = effort;
+  const ContactRef* refs = islands.contacts.data() + begin;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
+    prefetch(table.manifolds[ahead.manifold]);
+    prefetch(table.pairs[ahead.pair]);
+    const ContactPair& pair = table.pairs[refs[i].pair];
+    const Manifold& manifold = table.manifolds[refs[i].manifold];
+    row_a_[i] = row_of(pair.body_a);
+    row_b_[i] = row_of(pair.body_b);
+    const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
+    contacts_[i] = {{offset.x(), offset.y(), offset.z()},
+                    refs[i].manifold,
+                    kind_of(manifold, row_a_[i], row_b_[i]),
+                    0};
+    has_bounces_ = has_bounces_ || manifold.restitution > 0;
   }
   // Kinematic bodies of joints need rows too.
   for (std::uint32_t i = 0; i < joint_count_; ++i) {
@@ -151,47 +175,26 @@ void GroupSolver::collect_contacts() {
   }
 }
 
-void GroupSolver::collect_island(const Island& island) {
-  const ContactTable& table = *step_->contacts;
-  const Bodies& bodies = *step_->bodies;
-  const std::uint32_t end = island.first_contact + island.contact_count;
-  for (std::uint32_t i = island.first_contact; i < end; ++i) {
-    const ContactRef& ref = step_->islands->contacts[i];
-    const ContactPair& pair = table.pairs[ref.pair];
-    const Collider& a = step_->colliders->rows[pair.a];
-    const Collider& b = step_->colliders->rows[pair.b];
-    const std::uint32_t row_a = row_of(pair.body_a), row_b = row_of(pair.body_b);
-    const auto locks = [&](std::uint32_t row) {
-      return row - 1 < body_count_ ? bodies.flags[body_[row]] & kLockMask : 0u;
-    };
-    Contact contact;
-    contact.manifold = ref.manifold;
-    contact.pair = ref.pair;
-    contact.friction = combined_friction(a, b);
-    contact.restitution = combined_restitution(a, b);
-    contact.rolling = combined_rolling(a, b);
-    contact.points = table.manifolds[ref.manifold].point_count;
-    const bool full =
-        contact.restitution > 0 || contact.rolling > 0 || (locks(row_a) | locks(row_b)) != 0;
-    const bool one = contact.points <= 1;
-    contact.kind = full ? (one ? ContactKind::point1_full : ContactKind::points4_full)
-                        : (one ? ContactKind::point1 : ContactKind::points4);
-    contact.effort = 0;
-    has_bounces_ = has_bounces_ || contact.restitution > 0;
-    contacts_.push_back(contact);
-    row_a_.push_back(row_a);
-    row_b_.push_back(row_b);
+void GroupSolver::set_efforts() {
+  efforts_ = 1;
+  std::uint32_t begin = 0;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
+    const std::uint8_t effort = effort_of(begin, end);
+    for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
+    efforts_ = std::max(efforts_, effort + 1u);
+    begin = end;
   }
 }
 
 // Where a heavy body rests on a light one, a pass carries no more than the light one's share of the
 // load, and warm starting builds it up only over (mass ratio) passes: meanwhile the heavy body sinks
 // by about g h^2 times that. More passes, for that island alone, keep this small.
-std::uint8_t GroupSolver::effort_of(const Island& island, std::size_t first_contact) const {
+std::uint8_t GroupSolver::effort_of(std::uint32_t begin, std::uint32_t end) const {
   const Bodies& bodies = *step_->bodies;
   const Vec3& gravity = step_->settings->gravity;
   double heaviest = 0, lightest = 1e300;
-  for (std::size_t i = first_contact; i < contacts_.size(); ++i) {
+  for (std::uint32_t i = begin; i < end; ++i) {
     if (row_a_[i] - 1 >= body_count_ || row_b_[i] - 1 >= body_count_) continue;
     const double a = bodies.mass[body_[row_a_[i]]].mass, b = bodies.mass[body_[row_b_[i]]].mass;
     if (a < kHeavyOnLight * b && b < kHeavyOnLight * a) continue;
@@ -203,10 +206,29 @@ std::uint8_t GroupSolver::effort_of(const Island& island, std::size_t first_cont
   }
   std::uint8_t effort = 0;
   while (effort < kMostEffort && heaviest > kRatioPerPass * lightest * (1 << effort) &&
-         (std::uint64_t{island.contact_count} << (effort + 1)) <= kEffortBudget) {
+         (std::uint64_t{end - begin} << (effort + 1)) <= kEffortBudget) {
     ++effort;
   }
   return effort;
+}
+
+ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
+                                 std::uint32_t row_b) const {
+  const auto locked = [this](std::uint32_t row) {
+    return row - 1 < body_count_ && (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+  };
+  const bool full =
+      manifold.restitution > 0 || manifold.rolling_resistance > 0 || locked(row_a) || locked(row_b);
+  const bool one = manifold.point_count <= 1;
+  if (full) return one ? ContactKind::point1_full : ContactKind::points4_full;
+  return one ? ContactKind::point1 : ContactKind::points4;
+}
+
+const Vec3& GroupSolver::center_of(BodyIndex body) const {
+  const IslandScratch& islands = step_->solver->islands;
+  const std::uint32_t slot = islands.slot[body];
+  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
+                                                : step_->bodies->pose[body].center;
 }
 
 void GroupSolver::set_constants() {
@@ -218,6 +240,7 @@ void GroupSolver::set_constants() {
   grow(base_, padded_rows_);
   grow(spin_, padded_rows_);
   grow(ledger_, row_count_);
+  grow(outlook_, row_count_);
   const SolverSettings& settings = step_->settings->solver;
   const double h = step_->dt / settings.substeps;
   pass_.velocity = velocity_.data();
@@ -232,7 +255,7 @@ void GroupSolver::set_constants() {
   pass_.max_push = static_cast<float>(settings.max_push_velocity);
   pass_.restitution_threshold = static_cast<float>(settings.restitution_threshold);
   const double hertz = std::min(settings.contact_hertz, 0.25 / h);
-  pass_.soft_load = kSoftLoad;
+  pass_.soft_load = static_cast<float>(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   pass_.soft_fixed = soft(2 * hertz, settings.contact_damping_ratio, h);
   carry_part_ = static_cast<float>(std::min(1.0, step_->dt / kCarryTime));
@@ -244,23 +267,22 @@ void GroupSolver::set_constants() {
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
   const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
-  bucket_.assign(buckets + 1, 0);
+  core::refill(bucket_, buckets + 1, 0u);
   const auto key = [this](std::uint32_t contact) {
     const Contact& c = contacts_[contact];
     return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
            static_cast<std::uint32_t>(c.kind);
   };
-  const auto count = static_cast<std::uint32_t>(contacts_.size());
-  for (std::uint32_t i = 0; i < count; ++i) ++bucket_[key(i)];
+  for (std::uint32_t i = 0; i < contact_count_; ++i) ++bucket_[key(i)];
   std::uint32_t first = 0;
   for (std::uint32_t& size : bucket_) {
     const std::uint32_t padded = (size + width - 1) / width * width;
     size = first;
     first += padded;
   }
-  lanes_.assign(first, kNone);
+  core::refill(lanes_, first, kNone);
   chunks_.clear();
-  for (std::uint32_t i = 0; i < count; ++i) lanes_[bucket_[key(i)]++] = i;
+  for (std::uint32_t i = 0; i < contact_count_; ++i) lanes_[bucket_[key(i)]++] = i;
 }
 
 void GroupSolver::make_chunks() {
@@ -411,6 +433,10 @@ void GroupSolver::gather_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     delta_[row] = {{0, 0, 0}, 0, {0, 0, 0, 1}};
     if (row - 1 < body_count_) {
+      const BodyIndex ahead = body_[std::min(row + kPrefetch, body_count_)];
+      prefetch(step_->bodies->pose[ahead]);
+      prefetch(step_->bodies->motion[ahead]);
+      __builtin_prefetch(&step_->bodies->mass[ahead]);
       gather_body(row);
       continue;
     }
@@ -430,6 +456,12 @@ void GroupSolver::gather_kinematic(std::uint32_t row) {
   base_[row].orientation = to_float(start.orientation);
 }
 
+float GroupSolver::damping_factor(double damping) const {
+  if (damping == 0) return 1;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  return static_cast<float>(1 / (1 + h * damping));
+}
+
 void GroupSolver::gather_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   const Bodies& bodies = *step_->bodies;
@@ -439,8 +471,6 @@ void GroupSolver::gather_body(std::uint32_t row) {
   const BodyMass& mass = bodies.mass[index];
   const ExternalForce force =
       external_force(*step_, index, step_->time, pose.center, motion.linear, motion.angular);
-  const double h = step_->dt / step_->settings->solver.substeps;
-
   start_[row] = {to_float(motion.linear), 0, to_float(motion.angular), 0};
   velocity_[row] = start_[row];
   const Vec3 acceleration = force.force * mass.inv_mass;
@@ -470,37 +500,32 @@ void GroupSolver::gather_body(std::uint32_t row) {
     angular_acceleration = inverse * force.torque;
   }
   spin.angular_acceleration = to_float(angular_acceleration);
-  spin.linear_factor = static_cast<float>(1 / (1 + h * mass.linear_damping));
-  spin.angular_factor = static_cast<float>(1 / (1 + h * mass.angular_damping));
+  spin.linear_factor = damping_factor(mass.linear_damping);
+  spin.angular_factor = damping_factor(mass.angular_damping);
   spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
 
-  Ledger& ledger = ledger_[row];
-  ledger.linear = motion.linear + acceleration * step_->dt;
-  ledger.angular_momentum = motion.angular_momentum + force.torque * step_->dt;
-  std::fill_n(ledger.impulse, 3, 0.0);
-  std::fill_n(ledger.angular_impulse, 3, 0.0);
-  ledger.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
-  ledger.pushed = ledger.impact = false;
-  ledger.held = {};
-  ledger.from_rows = joint_count_ > 0 || mass.linear_damping > 0 || mass.angular_damping > 0;
+  ledger_[row] = {};
+  Outlook& outlook = outlook_[row];
+  outlook.linear = motion.linear + acceleration * step_->dt;
+  outlook.angular_momentum = motion.angular_momentum + force.torque * step_->dt;
+  outlook.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
+  outlook.from_rows = joint_count_ > 0 || mass.linear_damping > 0 || mass.angular_damping > 0;
 }
 
 // ---- Contacts in and out.
 
-Vec3 GroupSolver::center_of(BodyIndex body) const {
-  const IslandScratch& islands = step_->solver->islands;
-  const std::uint32_t slot = islands.slot[body];
-  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
-                                                : step_->bodies->pose[body].center;
-}
-
 void GroupSolver::prepare_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
+  const bool full =
+      chunk.kind == ContactKind::points4_full || chunk.kind == ContactKind::point1_full;
   std::byte* block = memory_.data()->bytes + chunk.memory;
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    for (std::uint32_t k = 0; k < kernels_->width; ++k) fill_lane(input, k, lanes_[lane++]);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
+      fill_lane(input, k, lanes_[lane++]);
+      if (full) fill_axis_masses(input, k);
+    }
     kernel.prepare(pass_, input, block);
   }
 }
@@ -510,74 +535,57 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   const Manifold& manifold =
       padding ? empty_manifold() : step_->contacts->manifolds[contacts_[index].manifold];
   input.manifold[lane] = reinterpret_cast<const float*>(&manifold);
-  input.count[lane] = static_cast<float>(manifold.point_count);
-  for (std::uint32_t i = 0; i < 4; ++i) {
-    input.impulse[i][lane] = i < manifold.point_count ? manifold.points[i].normal_impulse : 0.0f;
+  input.row_a[lane] = padding ? 0 : row_a_[index];
+  input.row_b[lane] = padding ? 0 : row_b_[index];
+  for (int k = 0; k < 3; ++k) {
+    input.offset[k][lane] = padding ? 0.0f : static_cast<float>(contacts_[index].offset[k]);
   }
-  const std::uint32_t a = padding ? 0 : row_a_[index], b = padding ? 0 : row_b_[index];
-  input.row_a[lane] = a;
-  input.row_b[lane] = b;
-  const auto set_inv_mass = [&](float(&to)[3][kMaxWidth], std::uint32_t row) {
+  input.carried[lane] = manifold.carried_impulse;
+}
+
+void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
+  const auto set = [&](float(&to)[3][kMaxWidth], std::uint32_t row) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       to[k][lane] = mass_[row].lock_flags & (kLockX << k) ? 0.0f : mass_[row].inv_mass;
     }
   };
-  set_inv_mass(input.inv_mass_a, a);
-  set_inv_mass(input.inv_mass_b, b);
-  Vec3 offset = Vec3::Zero();
-  if (!padding) {
-    const ContactPair& pair = step_->contacts->pairs[contacts_[index].pair];
-    offset = center_of(pair.body_b) - center_of(pair.body_a);
-  }
-  for (int k = 0; k < 3; ++k) input.offset[k][lane] = static_cast<float>(offset[k]);
-  input.carried[lane] = manifold.carried_impulse;
-  input.friction[lane] = padding ? 0.0f : contacts_[index].friction;
-  input.restitution[lane] = padding ? 0.0f : contacts_[index].restitution;
-  input.rolling[lane] = padding ? 0.0f : contacts_[index].rolling;
+  set(input.inv_mass_a, input.row_a[lane]);
+  set(input.inv_mass_b, input.row_b[lane]);
 }
 
 void GroupSolver::store_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   const std::byte* block = memory_.data()->bytes + chunk.memory;
+  Manifold sink;  // of padding lanes
   LaneOutput output;
-  std::uint32_t lane = chunk.first_lane;
+  const std::uint32_t* contact = &lanes_[chunk.first_lane];
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    kernel.store(block, output);
-    for (std::uint32_t k = 0; k < kernels_->width; ++k, ++lane) {
-      if (lanes_[lane] != kNone) store_lane(output, k, lanes_[lane]);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
+      Manifold& manifold =
+          contact[k] == kNone ? sink : step_->contacts->manifolds[contacts_[contact[k]].manifold];
+      output.manifold[k] = reinterpret_cast<float*>(&manifold);
     }
+    kernel.store(block, output);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
+      if (contact[k] != kNone) book(output, k, contact[k]);
+    }
+    contact += kernels_->width;
   }
 }
 
-void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
-  const Contact& contact = contacts_[index];
-  Manifold& manifold = step_->contacts->manifolds[contact.manifold];
-  float sum = 0;
-  for (std::uint32_t i = 0; i < contact.points; ++i) {
-    manifold.points[i].normal_impulse = output.impulse[i][lane];
-    sum += output.impulse[i][lane];
-  }
-  const float mean = sum / static_cast<float>(contact.points);
+// Equal and opposite in double, at one and the same point: momentum and angular momentum of the two
+// bodies together stay put to rounding in double.
+void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
+  const LaneOutput::Row& push_row = output.push[lane];
+  const LaneOutput::Row& torque_row = output.torque[lane];
+  const Vec3 push = to_double(push_row.v), torque_a = to_double(torque_row.v);
+  const bool pushed = push_row.s > 0;
+  const bool impact = pushed && torque_row.s > kImpactSpeed;
+  Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
+  const float* n = manifold.normal_impulse;
+  const float mean = ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count);
   manifold.carried_impulse += carry_part_ * (mean - manifold.carried_impulse);
-  const auto vector = [lane](const float(&v)[3][kMaxWidth]) {
-    return V3f{v[0][lane], v[1][lane], v[2][lane]};
-  };
-  manifold.friction_impulse = vector(output.friction);
-  manifold.twist_impulse = output.twist[lane];
-  manifold.rolling_impulse = vector(output.rolling);
-  manifold.total_impulse = output.total[lane];
-  manifold.approach_speed = output.approach[lane];
-
-  // Equal and opposite in double, at one and the same point: momentum and angular momentum of the
-  // two bodies together stay put to rounding in double.
-  const ContactPair& pair = step_->contacts->pairs[contact.pair];
-  const Vec3 push = to_double(vector(output.push));
-  const Vec3 torque_a = to_double(vector(output.torque));
-  const bool pushed = output.total[lane] > 0;
-  const Vec3 normal = to_double(manifold.normal);
-  const bool impact = pushed && output.approach[lane] > kImpactSpeed;
-  const std::uint32_t a = row_a_[index], b = row_b_[index];
-  const auto book = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
+  const auto add = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
     if (row - 1 >= body_count_) return;
     Ledger& ledger = ledger_[row];
     for (int k = 0; k < 3; ++k) {
@@ -585,20 +593,19 @@ void GroupSolver::store_lane(const LaneOutput& output, std::uint32_t lane, std::
       ledger.angular_impulse[k] += sign * torque[k];
     }
     ledger.pushed = ledger.pushed || pushed;
-    if (pushed) ledger.held.hold(normal, contact.points > 1);
+    if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
-  book(a, push, torque_a, -1);
-  const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
-  book(b, push, torque_a - offset.cross(push), 1);
+  const double* offset = contacts_[index].offset;
+  add(row_a_[index], push, torque_a, -1);
+  add(row_b_[index], push, torque_a - Vec3(offset[0], offset[1], offset[2]).cross(push), 1);
 }
 
 // ---- Bodies out.
 
 void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
-    const Ledger& ledger = ledger_[row];
-    if (!ledger.pushed && !ledger.from_rows) {
+    if (!ledger_[row].pushed && !outlook_[row].from_rows) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
     } else {
       finish_body(row);
@@ -614,6 +621,7 @@ void GroupSolver::finish_body(std::uint32_t row) {
   BodyMotion& motion = bodies.motion[index];
   const BodyMass& mass = bodies.mass[index];
   const Ledger& ledger = ledger_[row];
+  const Outlook& outlook = outlook_[row];
   const DeltaRow& delta = delta_[row];
 
   BodyPose next;
@@ -628,16 +636,16 @@ void GroupSolver::finish_body(std::uint32_t row) {
     return inv_inertia_w(mass, q, flags) * momentum;
   };
   BodyMotion after;
-  if (ledger.from_rows) {
+  if (outlook.from_rows) {
     after.linear = to_double(velocity_[row].linear);
     after.angular = to_double(velocity_[row].angular);
   } else {
     after.linear =
-        ledger.linear +
+        outlook.linear +
         unlocked(Vec3(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]), flags, kLockX) *
             mass.inv_mass;
     after.angular_momentum =
-        ledger.angular_momentum +
+        outlook.angular_momentum +
         Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
     after.angular = to_angular(after.angular_momentum, next.orientation);
   }
@@ -646,15 +654,15 @@ void GroupSolver::finish_body(std::uint32_t row) {
   // back where the change is the work of forces; an impact's place is exact as it is.
   const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
   const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
-  const double limit = static_cast<double>(ledger.smooth_change);
+  const double limit = static_cast<double>(outlook.smooth_change);
   if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
     next.center -= half * change;
     const Vec3 back = -0.5 * half * turn_change;
     next.orientation = Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
-    if (!ledger.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
+    if (!outlook.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
   }
-  if (ledger.from_rows) {
+  if (outlook.from_rows) {
     after.angular_momentum = round ? Vec3(after.angular * mass.inertia_b(0, 0))
                                    : Vec3(inertia_w(mass, next.orientation) * after.angular);
   } else if (flags & (kLockRx | kLockRy | kLockRz)) {

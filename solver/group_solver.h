@@ -62,21 +62,22 @@ class GroupSolver final : public jobs::PhaseProgram {
     std::size_t memory;        // offset of the first block in `memory_`
     std::uint32_t first_lane;  // into `lanes_`
   };
-  // What a body brings to the end of the step, in double.
-  struct Ledger {
-    Vec3 linear;                            // m/s after external forces alone
-    Vec3 angular_momentum;                  // likewise
-    double impulse[3], angular_impulse[3];  // of contacts, N s and N m s
-    float smooth_change;  // m/s: a velocity change up to this is a force's work, not an impact
-    bool pushed, impact;
+  // What contacts gave to a body over the step, in double.
+  struct alignas(64) Ledger {
+    double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
+    bool pushed = false, impact = false;
     HeldDirections held;
-    bool from_rows;  // joints or damping: contacts alone do not account for the motion
+  };
+  // What becomes of a body without contacts.
+  struct Outlook {
+    Vec3 linear;            // m/s after external forces
+    Vec3 angular_momentum;  // likewise
+    float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
+    bool from_rows;         // joints or damping: contacts alone do not account for the motion
   };
   struct Contact {
+    double offset[3];  // m, centre of b from centre of a
     std::uint32_t manifold;
-    std::uint32_t pair;
-    float friction, restitution, rolling;
-    std::uint32_t points;
     ContactKind kind;
     std::uint8_t effort;  // its island's: 2^effort passes instead of one
   };
@@ -87,9 +88,12 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_constants();
   void assign_rows();
   void collect_contacts();
-  void collect_island(const core::Island& island);
-  std::uint8_t effort_of(const core::Island& island, std::size_t first_contact) const;
+  void set_efforts();
+  std::uint8_t effort_of(std::uint32_t begin, std::uint32_t end) const;
+  ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
+                      std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
+  const Vec3& center_of(core::BodyIndex body) const;
   void bucket_contacts();
   void make_chunks();
   void list_phases();
@@ -98,14 +102,15 @@ class GroupSolver final : public jobs::PhaseProgram {
 
   void gather_rows(std::uint32_t begin, std::uint32_t end);
   void gather_body(std::uint32_t row);
+  float damping_factor(double damping) const;
   void gather_kinematic(std::uint32_t row);
   void prepare_chunk(const Chunk& chunk);
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
+  void fill_axis_masses(LaneInput& input, std::uint32_t lane) const;
   void store_chunk(const Chunk& chunk);
-  void store_lane(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
+  void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
-  Vec3 center_of(core::BodyIndex body) const;
   void run_joints(Op op);
   void run_contacts(const Phase& phase, const Chunk& chunk);
   SolverBodies rows();
@@ -126,10 +131,12 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<BaseRow> base_;
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
+  std::vector<Outlook> outlook_;
   std::vector<core::BodyIndex> body_;
   std::vector<std::uint32_t> kinematic_row_;  // [kinematics of the step] or 0
   std::vector<std::uint32_t> used_kinematics_;
 
+  std::uint32_t contact_count_ = 0;
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;

@@ -88,6 +88,17 @@ struct ReferenceLanes {
     return false;
   }
 
+  // The values of unsigned integers, below 2^31, that lie in the lanes as bits.
+  static F integers(const F& bits) {
+    F r;
+    for (int i = 0; i < W; ++i) {
+      std::uint32_t value;
+      std::memcpy(&value, &bits.v[i], sizeof value);
+      r.v[i] = static_cast<float>(value);
+    }
+    return r;
+  }
+
   // Four consecutive floats at each of W addresses, one lane per address.
   static void gather(const float* const* p, F* out) {
     for (int i = 0; i < W; ++i) {

@@ -7,9 +7,23 @@
 #include <ctime>
 #include <new>
 
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+#define SKERRY_SANITIZER_OWNS_NEW
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer) || __has_feature(address_sanitizer)
+#define SKERRY_SANITIZER_OWNS_NEW
+#endif
+#endif
+
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
+
+}  // namespace
+
+#ifndef SKERRY_SANITIZER_OWNS_NEW
+
+namespace {
 
 void* counted(std::size_t size) {
   allocations.fetch_add(1, std::memory_order_relaxed);
@@ -37,6 +51,8 @@ void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
+#endif
+
 namespace skerry::measure {
 
 double cpu_ms() {
@@ -52,6 +68,14 @@ double peak_rss_mb() {
 }
 
 std::uint64_t allocation_count() { return allocations.load(std::memory_order_relaxed); }
+
+bool counts_allocations() {
+#ifdef SKERRY_SANITIZER_OWNS_NEW
+  return false;
+#else
+  return true;
+#endif
+}
 
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(

@@ -12,7 +12,7 @@ namespace {
 class Recorder {
  public:
   Recorder(const RunOptions& options, RunResult& result) : options_(options), result_(result) {
-    result_.step_ms.reserve(options.steps);
+    result_.step_ms.reserve(std::min<std::uint64_t>(options.steps, 1 << 20));
   }
 
   void before_step() {

@@ -21,6 +21,12 @@ class BadInput : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// For options that name a file or directory: an empty name is a mistake, not "none".
+inline CLI::Validator needs_name() {
+  return CLI::Validator(
+      [](const std::string& name) { return std::string(name.empty() ? "needs a name" : ""); }, "");
+}
+
 void add_scenes_command(CLI::App& app, Action& action);
 void add_run_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);

@@ -172,7 +172,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--affinity", a->affinity, "Where threads run: spread or none")
       ->capture_default_str();
-  command->add_option("--out", a->directory, "Directory for results.json");
+  command->add_option("--out", a->directory, "Directory for results.json")->check(needs_name());
   command->callback([a, &action] { action = [a] { return compare(*a); }; });
 }
 

@@ -13,7 +13,11 @@
 namespace skerry::app {
 namespace {
 
-int complain(const std::string& what) {
+// One line, whatever the argument or file held.
+int complain(std::string what) {
+  for (char& c : what) {
+    if (static_cast<unsigned char>(c) < 0x20) c = c == '\n' ? ' ' : '?';
+  }
   fmt::print(stderr, "skerry: {}\n", what);
   return kBadInput;
 }
@@ -21,9 +25,7 @@ int complain(const std::string& what) {
 // The parser's own messages span lines and have statuses of their own.
 int complain(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-  std::string what = error.what();
-  for (char& c : what) c = c == '\n' ? ' ' : c;
-  return complain(what + " (see skerry --help)");
+  return complain(std::string(error.what()) + " (see skerry --help)");
 }
 
 // Said better than the parser does; empty if the first word is a command or an option.

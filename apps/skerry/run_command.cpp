@@ -135,9 +135,13 @@ void add_run_command(CLI::App& app, Action& action) {
   command->add_flag("--no-sleep", a->no_sleep, "Bodies never sleep");
   command->add_option("--seed", a->seed, "Of the scene's jitter")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{0xffffffff}));
-  command->add_option("--json", a->json_file, "Write all figures to this file; -: standard output");
-  command->add_option("--trace", a->trace_file, "Write a Chrome trace of the timed steps' tasks");
-  command->add_option("--hash-every", a->hash_every, "State hash every N steps, in the JSON");
+  command->add_option("--json", a->json_file, "Write all figures to this file; -: standard output")
+      ->check(needs_name());
+  command->add_option("--trace", a->trace_file, "Write a Chrome trace of the timed steps' tasks")
+      ->check(needs_name());
+  command
+      ->add_option("--hash-every", a->hash_every, "State hash every N steps, in the JSON; 0: none")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000}));
   command->callback([a, &action] { action = [a] { return run_scene_command(*a); }; });
 }
 

@@ -121,7 +121,9 @@ struct ContactWorld {
     for (std::size_t i : order) {
       contacts.active.push_back(static_cast<std::uint32_t>(pairs.size()));
       pairs.push_back(contacts.pairs[i]);
-      pairs.back().first_manifold = static_cast<std::uint32_t>(pairs.size() - 1);
+      core::ContactPair& pair = pairs.back();
+      pair.first_manifold = static_cast<std::uint32_t>(pairs.size() - 1);
+      core::set_materials(contacts, pair, colliders.rows[pair.a], colliders.rows[pair.b]);
       links.push_back(links_[i]);
     }
     contacts.pairs = pairs;
@@ -186,14 +188,14 @@ struct ContactWorld {
     const Vec3 n = flip ? Vec3(-normal) : normal;
     const Vec3 center = bodies.pose[pair.body_a].center;
     const core::Manifold old = manifold;
-    if (found_.empty()) manifold = {};
+    if (found_.empty()) manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
     manifold.normal = core::to_float(n);
     manifold.point_count = static_cast<std::uint32_t>(found_.size());
     for (std::size_t k = 0; k < found_.size(); ++k) {
       core::ManifoldPoint& point = manifold.points[k];
       point.position = core::to_float(Vec3(found_[k].first - center));
       point.separation = static_cast<float>(found_[k].second);
-      point.normal_impulse = old_impulse(old, point.position);
+      manifold.normal_impulse[k] = old_impulse(old, point.position);
     }
     const bool touching = !found_.empty();
     pair.manifold_count = touching;
@@ -207,7 +209,7 @@ struct ContactWorld {
       const core::V3f d = old.points[i].position - position;
       if (dot(d, d) >= nearest) continue;
       nearest = dot(d, d);
-      impulse = old.points[i].normal_impulse;
+      impulse = old.normal_impulse[i];
     }
     return impulse;
   }

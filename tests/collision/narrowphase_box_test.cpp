@@ -181,11 +181,11 @@ TEST(NarrowphaseBox, impulses_follow_their_features) {
   scene.pair(a, b);
   scene.collide();
   float given[4];
-  for (int k = 0; k < 4; ++k) given[k] = scene.manifold().points[k].normal_impulse = 1.0f + k;
+  for (int k = 0; k < 4; ++k) given[k] = scene.manifold().normal_impulse[k] = 1.0f + k;
   scene.manifold().twist_impulse = 7;
   scene.set_pose(b, at({0.1001, 0.9991, 1e-4}));
   scene.collide();
-  for (int k = 0; k < 4; ++k) EXPECT_EQ(scene.manifold().points[k].normal_impulse, given[k]);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(scene.manifold().normal_impulse[k], given[k]);
   EXPECT_EQ(scene.manifold().twist_impulse, 7);
 }
 

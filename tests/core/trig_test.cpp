@@ -11,11 +11,16 @@
 namespace skerry::core {
 namespace {
 
+template <class Real>
+long double wide(Real x) {
+  return static_cast<long double>(x);
+}
+
 // Distance from the truth in units in the last place of the truth, rounded to double.
 double ulps(double ours, long double truth) {
   const double rounded = std::fabs(static_cast<double>(truth));
   const double unit = std::nextafter(rounded, 1e300) - rounded;
-  return static_cast<double>(std::fabs(static_cast<long double>(ours) - truth) / unit);
+  return static_cast<double>(std::fabs(wide(ours) - truth) / wide(unit));
 }
 
 struct Worst {
@@ -29,10 +34,10 @@ Worst worst_over(double bound, int count, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     const double x = angle(random), u = unit(random), v = unit(random);
     const trig::SinCos<double> sc = trig::sin_cos(x);
-    worst.sin = std::max(worst.sin, ulps(sc.sin, sinl(x)));
-    worst.cos = std::max(worst.cos, ulps(sc.cos, cosl(x)));
-    worst.atan2 = std::max(worst.atan2, ulps(trig::atan2(u, v), atan2l(u, v)));
-    worst.acos = std::max(worst.acos, ulps(trig::acos(u), acosl(u)));
+    worst.sin = std::max(worst.sin, ulps(sc.sin, sinl(wide(x))));
+    worst.cos = std::max(worst.cos, ulps(sc.cos, cosl(wide(x))));
+    worst.atan2 = std::max(worst.atan2, ulps(trig::atan2(u, v), atan2l(wide(u), wide(v))));
+    worst.acos = std::max(worst.acos, ulps(trig::acos(u), acosl(wide(u))));
   }
   return worst;
 }
@@ -52,16 +57,16 @@ TEST(Trig, doubles_are_within_a_few_ulp) {
 TEST(Trig, sine_near_its_zeros_keeps_relative_accuracy) {
   for (int n = 1; n < 100000; n += 7) {
     const double x = n * 3.14159265358979323846;
-    EXPECT_LT(ulps(trig::sin(x), sinl(x)), 2) << n;
+    EXPECT_LT(ulps(trig::sin(x), sinl(wide(x))), 2) << n;
   }
 }
 
 TEST(Trig, small_arguments_of_arc_functions_keep_relative_accuracy) {
   for (double x = 1e-300; x < 1; x *= 3) {
-    EXPECT_LT(ulps(trig::atan2(x, 1.0), atan2l(x, 1.0L)), 2) << x;
-    EXPECT_LT(ulps(trig::atan2(x, 3.0), atan2l(x, 3.0L)), 2) << x;
+    EXPECT_LT(ulps(trig::atan2(x, 1.0), atan2l(wide(x), 1.0L)), 2) << x;
+    EXPECT_LT(ulps(trig::atan2(x, 3.0), atan2l(wide(x), 3.0L)), 2) << x;
     const double near_one = 1 - x;
-    EXPECT_LT(ulps(trig::acos(near_one), acosl(near_one)), 3) << x;
+    EXPECT_LT(ulps(trig::acos(near_one), acosl(wide(near_one))), 3) << x;
   }
 }
 
@@ -70,10 +75,10 @@ TEST(Trig, floats_are_correctly_rounded_but_for_ties) {
   std::uniform_real_distribution<float> angle(-50, 50), unit(-1, 1);
   for (int i = 0; i < 300000; ++i) {
     const float x = angle(random), u = unit(random), v = unit(random);
-    EXPECT_FLOAT_EQ(trig::sin(x), static_cast<float>(sinl(x)));
-    EXPECT_FLOAT_EQ(trig::cos(x), static_cast<float>(cosl(x)));
-    EXPECT_FLOAT_EQ(trig::atan2(u, v), static_cast<float>(atan2l(u, v)));
-    EXPECT_FLOAT_EQ(trig::acos(u), static_cast<float>(acosl(u)));
+    EXPECT_FLOAT_EQ(trig::sin(x), static_cast<float>(sinl(wide(x))));
+    EXPECT_FLOAT_EQ(trig::cos(x), static_cast<float>(cosl(wide(x))));
+    EXPECT_FLOAT_EQ(trig::atan2(u, v), static_cast<float>(atan2l(wide(u), wide(v))));
+    EXPECT_FLOAT_EQ(trig::acos(u), static_cast<float>(acosl(wide(u))));
   }
 }
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/jobs/allocations.h"
+#include "apps/measure/process_meter.h"
 #include "tests/jobs/executors.h"
 
 namespace skerry::jobs::test {
@@ -80,7 +80,7 @@ TEST_P(LifetimeTest, an_early_wake_is_only_that) {
 }
 
 TEST_P(LifetimeTest, steady_runs_allocate_nothing) {
-  if (!counts_allocations()) GTEST_SKIP() << "not counted in this build";
+  if (!measure::counts_allocations()) GTEST_SKIP() << "not counted in this build";
   if (GetParam().kind == ExecutorKind::host_pool) GTEST_SKIP() << "the pool of the test allocates";
   struct Phases : PhaseProgram {
     std::uint32_t phase_count() const override { return 5; }
@@ -125,9 +125,9 @@ TEST_P(LifetimeTest, steady_runs_allocate_nothing) {
   // the state is steady once a round allocates nothing.
   bool steady = false;
   for (int round = 0; round < 50 && !steady; ++round) {
-    const std::uint64_t before = allocation_count();
+    const std::uint64_t before = measure::allocation_count();
     for (int i = 0; i < 200; ++i) run_both_ways();
-    steady = allocation_count() == before;
+    steady = measure::allocation_count() == before;
   }
   EXPECT_TRUE(steady) << "every one of 50 rounds allocated";
 }

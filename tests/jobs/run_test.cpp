@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <random>
@@ -465,12 +466,13 @@ TEST_P(RunTest, parallel_for_reaches_the_last_index_there_is) {
 }
 
 TEST(Settings, wrong_settings_are_refused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(make_executor(ExecutorKind::threads, {.workers = -1}), std::invalid_argument);
   EXPECT_THROW(make_executor(ExecutorKind::serial, {.workers = 1025}), std::invalid_argument);
   EXPECT_THROW(make_executor(ExecutorKind::host_pool, {.workers = 2}), std::invalid_argument);
   EXPECT_THROW(make_executor(ExecutorKind::threads, {.wait = {.spin_us = -1}}),
                std::invalid_argument);
-  EXPECT_THROW(make_executor(ExecutorKind::threads, {.wait = {.spin_us = NAN}}),
+  EXPECT_THROW(make_executor(ExecutorKind::threads, {.wait = {.spin_us = kNan}}),
                std::invalid_argument);
 }
 

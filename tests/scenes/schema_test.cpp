@@ -49,8 +49,8 @@ TEST(SceneSchema, every_object_of_the_schema_is_one_the_reader_knows) {
   for (const auto& [name, rule] : schema().at("$defs").items()) {
     if (!rule.contains("properties")) continue;
     const auto specs = scenes::object_specs();
-    EXPECT_TRUE(std::any_of(specs.begin(), specs.end(), [&](const scenes::ObjectSpec& spec) {
-      return spec.name == name;
+    EXPECT_TRUE(std::any_of(specs.begin(), specs.end(), [&known = name](const auto& spec) {
+      return spec.name == known;
     })) << name;
   }
 }

@@ -198,7 +198,7 @@ TEST(Finalise, clears_forces_and_marks_what_moves) {
                   lift = world.add_kinematic(Vec3::Zero(), {1, 0, 0}, Vec3::Zero());
   const BodyIndex idle = world.add_kinematic(Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
   world.bodies.flags[idle] &= ~core::kAwake;
-  world.bodies.force[a] = {{1, 2, 3}, {4, 5, 6}};
+  core::add_force(world.bodies, a, {1, 2, 3}, {4, 5, 6});
   world.island({a});
   world.islands.free_bodies = {lift, idle};
   world.steps(1);

@@ -80,8 +80,7 @@ TEST(FreeFall, exact_flight_is_the_parabola_at_any_step_and_keeps_energy) {
 TEST(FreeFall, gravity_scale_and_user_forces_act) {
   HandMadeWorld world;
   const BodyIndex ball = world.add({.mass = 2, .gravity_scale = -0.5});
-  world.bodies.force[ball].force = {4, 0, 0};
-  world.bodies.force[ball].torque = {0, 0, 3};
+  core::add_force(world.bodies, ball, {4, 0, 0}, {0, 0, 3});
   world.dt = 1;
   world.fly(ball);
   EXPECT_NEAR(world.bodies.pose[ball].center.x(), 1, 1e-15);
@@ -245,7 +244,7 @@ TEST(Kinematic, follows_its_velocities_exactly_and_feels_nothing) {
   world.fields.rows.push_back([](const FieldSample&) -> FieldForce { throw 1; });
   const Vec3 linear = {1, -2, 0.5}, angular = {0.3, -0.4, 1.2};
   const BodyIndex lift = world.add_kinematic({10, 0, 0}, linear, angular);
-  world.bodies.force[lift].force = {100, 100, 100};
+  core::add_force(world.bodies, lift, {100, 100, 100}, Vec3::Zero());
   world.fly(lift, 600);
   EXPECT_LT((world.bodies.pose[lift].center - (Vec3(10, 0, 0) + linear * 10)).norm(), 1e-12);
   const Quat truth(Eigen::AngleAxisd(10 * angular.norm(), angular.normalized()));
@@ -311,7 +310,7 @@ TEST(ExternalForce, locked_axes_are_cleared) {
   HandMadeWorld world;
   const BodyIndex body =
       world.add({.flags = core::kDynamic | core::kAwake | core::kLockY | core::kLockRz});
-  world.bodies.force[body] = {{1, 2, 3}, {4, 5, 6}};
+  core::add_force(world.bodies, body, {1, 2, 3}, {4, 5, 6});
   const ExternalForce force =
       external_force(world.context(), body, 0, Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
   EXPECT_EQ(force.force, Vec3(1, 0, 3));
