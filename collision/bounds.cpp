@@ -102,10 +102,29 @@ Range vertex_range(const std::vector<V3f>& vertices, const M3d& axes) {
   return range;
 }
 
+// Of the box around all heights, turned.
+Range field_range(const core::HeightFieldGeometry& field, const M3d& axes) {
+  const double low[3] = {0, double(field.low), 0};
+  const double high[3] = {field.step_x * (field.columns - 1), double(field.high),
+                          field.step_z * (field.rows - 1)};
+  Range range;
+  for (int i = 0; i < 3; ++i) {
+    const V3d r = row(axes, i);
+    range.low[i] = range.high[i] = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double a = component(r, k) * low[k], b = component(r, k) * high[k];
+      range.low[i] += std::min(a, b);
+      range.high[i] += std::max(a, b);
+    }
+  }
+  return range;
+}
+
 Range shape_range(const Collider& collider, const M3d& axes) {
   if (collider.type == ShapeType::cone) return cone_range(collider, axes);
   if (collider.type == ShapeType::hull) return vertex_range(collider.hull->vertices, axes);
   if (collider.type == ShapeType::mesh) return vertex_range(collider.mesh->vertices, axes);
+  if (collider.type == ShapeType::height_field) return field_range(*collider.field, axes);
   Range range;
   for (int i = 0; i < 3; ++i) {
     range.high[i] = symmetric_reach(collider, axes, i);

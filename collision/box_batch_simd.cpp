@@ -21,47 +21,11 @@ static void collide_boxes_here(BoxBatch& batch, int count) {
 
 #else
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Tag = hn::CappedTag<float, BoxBatch::kSize>;
-
-struct LaneMask {
-  hn::Mask<Tag> m;
-  friend HWY_INLINE LaneMask operator&(LaneMask a, LaneMask b) { return {hn::And(a.m, b.m)}; }
-  friend HWY_INLINE LaneMask operator|(LaneMask a, LaneMask b) { return {hn::Or(a.m, b.m)}; }
-  friend HWY_INLINE LaneMask operator!(LaneMask a) { return {hn::Not(a.m)}; }
-};
-
-struct Lane {
-  using Mask = LaneMask;
-  static constexpr int kLanes = static_cast<int>(hn::MaxLanes(Tag()));
-  hn::Vec<Tag> v;
-
-  Lane() = default;
-  HWY_INLINE explicit Lane(float value) : v(hn::Set(Tag(), value)) {}
-  HWY_INLINE explicit Lane(hn::Vec<Tag> value) : v(value) {}
-  static HWY_INLINE Lane load(const float* from) { return Lane(hn::Load(Tag(), from)); }
-  HWY_INLINE void store(float* to) const { hn::Store(v, Tag(), to); }
-
-  friend HWY_INLINE Lane operator+(Lane a, Lane b) { return Lane(hn::Add(a.v, b.v)); }
-  friend HWY_INLINE Lane operator-(Lane a, Lane b) { return Lane(hn::Sub(a.v, b.v)); }
-  friend HWY_INLINE Lane operator*(Lane a, Lane b) { return Lane(hn::Mul(a.v, b.v)); }
-  friend HWY_INLINE Lane operator/(Lane a, Lane b) { return Lane(hn::Div(a.v, b.v)); }
-  friend HWY_INLINE Lane operator-(Lane a) { return Lane(hn::Neg(a.v)); }
-  friend HWY_INLINE LaneMask operator<(Lane a, Lane b) { return {hn::Lt(a.v, b.v)}; }
-  friend HWY_INLINE LaneMask operator>(Lane a, Lane b) { return {hn::Gt(a.v, b.v)}; }
-  friend HWY_INLINE LaneMask operator==(Lane a, Lane b) { return {hn::Eq(a.v, b.v)}; }
-};
-HWY_INLINE Lane min(Lane a, Lane b) { return Lane(hn::Min(a.v, b.v)); }
-HWY_INLINE Lane max(Lane a, Lane b) { return Lane(hn::Max(a.v, b.v)); }
-HWY_INLINE Lane abs(Lane a) { return Lane(hn::Abs(a.v)); }
-HWY_INLINE Lane square_root(Lane a) { return Lane(hn::Sqrt(a.v)); }
-HWY_INLINE Lane select(LaneMask mask, Lane yes, Lane no) {
-  return Lane(hn::IfThenElse(mask.m, yes.v, no.v));
-}
-HWY_INLINE bool all(LaneMask mask) { return hn::AllTrue(Tag(), mask.m); }
+#include "collision/simd_lanes-inl.h"
 
 #define SKERRY_LANES HWY_ATTR
+#include "collision/lane_vectors-inl.h"
+
 #include "collision/box_lanes-inl.h"
 #undef SKERRY_LANES
 

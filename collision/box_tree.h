@@ -39,6 +39,7 @@ class BoxTree {
         nodes_, [&](const BoxNode& node) { return ray_lanes(node, ray); }, found);
   }
 
+  const std::vector<BoxNode>& nodes() const { return nodes_; }
   std::uint32_t size() const { return size_; }
   std::uint32_t rebuild_count() const { return rebuild_count_; }
 

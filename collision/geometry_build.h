@@ -19,6 +19,17 @@ std::shared_ptr<const core::HullGeometry> build_hull(const std::vector<Vec3>& po
 // range, not finite, all degenerate.
 std::shared_ptr<const core::MeshGeometry> build_mesh(const MeshData& mesh, const Vec3& scale);
 
+// Height field with convex edge flags and bounding-volume tree. Throws std::invalid_argument if the
+// sizes do not fit, there are more than 2^30 cells, all cells are holes, or a height of a cell that
+// is no hole is not finite.
+std::shared_ptr<const core::HeightFieldGeometry> build_height_field(const HeightFieldData& field,
+                                                                    const Vec3& scale);
+
+// Whether the surface bends outward across a triangle's edge from tail to head: the neighbour's far
+// corner lies below the triangle's plane (`area_vector`: its normal, of any length). Edges that bend
+// by less than about one degree count as flat: contacts on them get the face's normal.
+bool is_convex_edge(const Vec3& area_vector, const Vec3& tail, const Vec3& head, const Vec3& far);
+
 // What keeps a mesh from being the surface of a solid, as a sentence ("edge 3-7 belongs to one
 // triangle only"); empty if it is closed, manifold and consistently wound.
 std::string solid_defect(const MeshData& mesh);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "collision/geometry_build.h"
+#include "collision/polytope_lanes.h"
 #include "collision/quickhull.h"
 
 namespace skerry::collision {
@@ -15,7 +16,7 @@ using core::HullGeometry;
 using core::kNone;
 using std::uint32_t;
 using Loop = std::vector<uint32_t>;  // points of a face, counter-clockwise
-using Triangle = std::array<uint32_t, 3>;
+using Indices = std::array<uint32_t, 3>;
 
 // How far a point may lie below a face's plane and still be a corner of it, in longest extents:
 // some tens of the grid cells of quickhull.
@@ -56,9 +57,9 @@ Vec3 area_vector(const Loop& loop, std::span<const Vec3> points) {
 // Merges triangles whose corners lie in one plane.
 class FaceMerger {
  public:
-  FaceMerger(std::span<const Vec3> points, const std::vector<Triangle>& triangles, double flat)
+  FaceMerger(std::span<const Vec3> points, const std::vector<Indices>& triangles, double flat)
       : points_(points), flat_(flat) {
-    for (const Triangle& t : triangles) triangles_.emplace_back(t.begin(), t.end());
+    for (const Indices& t : triangles) triangles_.emplace_back(t.begin(), t.end());
     edges_ = sorted_half_edges(triangles_);
   }
 
@@ -241,7 +242,7 @@ void set_center(HullGeometry& hull, const std::vector<Loop>& loops, std::span<co
 }  // namespace
 
 std::shared_ptr<const HullGeometry> build_hull(const std::vector<Vec3>& points) {
-  const std::vector<Triangle> triangles = quickhull(points);
+  const std::vector<Indices> triangles = quickhull(points);
   Vec3 low = points[0], high = points[0];
   for (const Vec3& point : points) {
     low = low.cwiseMin(point);
@@ -252,7 +253,7 @@ std::shared_ptr<const HullGeometry> build_hull(const std::vector<Vec3>& points) 
   if (merged)
     loops = std::move(*merged);
   else
-    for (const Triangle& triangle : triangles) loops.emplace_back(triangle.begin(), triangle.end());
+    for (const Indices& triangle : triangles) loops.emplace_back(triangle.begin(), triangle.end());
 
   const std::vector<uint32_t> used = number_corners(loops);
   std::size_t face_corners = 0;
@@ -269,6 +270,7 @@ std::shared_ptr<const HullGeometry> build_hull(const std::vector<Vec3>& points) 
   set_faces(*hull, loops, corners);
   set_edges(*hull, loops);
   set_center(*hull, loops, corners);
+  hull->lanes = std::make_shared<core::HullLanes>(*hull);
   return hull;
 }
 

@@ -16,9 +16,6 @@ using core::V3f;
 using std::uint32_t;
 using Triangle = std::array<uint32_t, 3>;
 
-// Edges that bend less than this (sine of the angle, about one degree) count as flat: contacts on
-// them get the face's normal.
-constexpr double kConvexSine = 0.02;
 // Triangles lower than this, relative to their longest edge, are left out: their normal is noise.
 constexpr double kDegenerate = 1e-7;
 
@@ -117,23 +114,24 @@ void set_triangles(MeshGeometry& mesh, const MeshData& data, const Vec3& scale) 
     mesh.vertices.push_back(core::to_float(scaled));
   }
   const bool mirrored = scale.prod() < 0;
+  uint32_t source = 0;
   for (Triangle triangle : data.triangles) {
     if (mirrored) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
-    if (degenerate(mesh, static_cast<uint32_t>(mesh.triangles.size() - 1)))
-      mesh.triangles.pop_back();
+    mesh.source.push_back(source++);
+    if (!degenerate(mesh, static_cast<uint32_t>(mesh.triangles.size() - 1))) continue;
+    mesh.triangles.pop_back();
+    mesh.source.pop_back();
   }
+  if (mesh.source.size() == data.triangles.size()) mesh.source = {};
 }
 
 // True if the surface bends outward from triangle t across its edge e to the far corner of the
 // neighbour: that corner lies below t's plane.
 bool bends_outward(const MeshGeometry& mesh, const TriangleEdge& edge, const TriangleEdge& other) {
-  const Vec3 normal = area_vector(mesh, edge.triangle).normalized();
-  const Vec3 tail = corner(mesh, edge.triangle, edge.edge);
-  const Vec3 along = (corner(mesh, edge.triangle, edge.edge + 1u) - tail).normalized();
-  const Vec3 to_far = corner(mesh, other.triangle, other.edge + 2u) - tail;
-  const double from_edge = to_far.cross(along).norm();
-  return normal.dot(to_far) < -kConvexSine * from_edge;
+  return is_convex_edge(area_vector(mesh, edge.triangle), corner(mesh, edge.triangle, edge.edge),
+                        corner(mesh, edge.triangle, edge.edge + 1u),
+                        corner(mesh, other.triangle, other.edge + 2u));
 }
 
 void set_adjacency(MeshGeometry& mesh) {
@@ -197,6 +195,13 @@ double six_volumes(const MeshData& mesh) {
 }
 
 }  // namespace
+
+bool is_convex_edge(const Vec3& area_vector, const Vec3& tail, const Vec3& head, const Vec3& far) {
+  constexpr double kConvexSine = 0.02;
+  const Vec3 along = (head - tail).normalized();
+  const Vec3 to_far = far - tail;
+  return area_vector.normalized().dot(to_far) < -kConvexSine * to_far.cross(along).norm();
+}
 
 std::shared_ptr<const MeshGeometry> build_mesh(const MeshData& data, const Vec3& scale) {
   if (const std::string defect = input_defect(data); !defect.empty())

@@ -105,10 +105,10 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
   if (const Kernel kernel = kKernels(type_a, type_b)) {
     patches.count = 1;
     kernel(a, b, placed.query, patches.patch[0]);
-  } else if (type_b == ShapeType::mesh) {
-    if (type_a == ShapeType::plane)
+  } else if (core::is_surface(type_b)) {
+    if (type_a == ShapeType::plane && type_b == ShapeType::mesh)
       plane_mesh(a, b, placed.query, scratch.mesh, patches);
-    else if (type_a != ShapeType::mesh)
+    else if (type_a < ShapeType::plane)
       convex_mesh(a, b, placed.query, scratch.mesh, patches);
   } else if (type_a != ShapeType::plane) {
     patches.count = 1;
@@ -117,8 +117,11 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
 }
 
 void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scratch) {
-  PlacedPair placed = placed_pair(step, pair);
+  const PairFrame frame = pair_frame(step, pair);
+  if (out_of_reach(step, pair, frame)) return clear_contact(pair);
+  PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
+  placed.query.memory = &step.contacts->axis_memory[pair.first_manifold];
   const bool swap = placed.a.collider->type > placed.b.collider->type;
   if (swap) placed = swapped(placed);
   PatchSet patches;
@@ -127,6 +130,7 @@ void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scr
     for (std::uint32_t i = 0; i < patches.count; ++i)
       patches.patch[i].normal = -patches.patch[i].normal;
   pair.cache = placed.query.cache;
+  drop_foreseen(patches, placed.query.touch, placed.query.dt, linear, angular);
   store_patches(*step.contacts, pair, patches, linear, angular);
 }
 
@@ -178,6 +182,7 @@ void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
                                    static_cast<std::uint32_t>(feature)};
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
+  drop_foreseen(patches, frame.touch, frame.dt, frame.linear, frame.angular);
   store_patches(*step.contacts, pair, patches, frame.linear, frame.angular);
 }
 
@@ -193,11 +198,19 @@ void flush(const StepContext& step, WorkerScratch& scratch) {
   scratch.batched = 0;
 }
 
+// The batch will read what was there before long after its last pair is gathered.
+void prefetch(const core::Manifold& manifold) {
+  const char* first = reinterpret_cast<const char*>(&manifold);
+  for (std::size_t line = 0; line < sizeof manifold; line += 64)
+    __builtin_prefetch(first + line, 1);
+}
+
 void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scratch) {
   const int lane = scratch.batched++;
   const ContactPair& pair = step.contacts->pairs[row];
   scratch.rows[lane] = row;
   scratch.frames[lane] = pair_frame(step, pair);
+  if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
   gather(step, pair, scratch.frames[lane], scratch.batch, lane);
   if (scratch.batched == BoxBatch::kSize) flush(step, scratch);
 }

@@ -96,6 +96,7 @@ class Core {
       case ShapeType::sphere:
       case ShapeType::plane:
       case ShapeType::mesh:
+      case ShapeType::height_field:
         break;
     }
     return center_ + ((x_ * p.x + y_ * p.y) + z_ * p.z);
@@ -300,6 +301,9 @@ Way push(const Core& a, const Core& b, const V3d& from) {
     const V3d shift = way.normal * (way.depth + gap);
     const Distance there = distance(a, b, shift, way.normal * -1.0);
     if (!there.apart) break;
+    // A face's farthest point is any of its corners; the nearest points are where they meet.
+    way.a = there.a;
+    way.b = there.b;
     const double d = depth(a, b, there.normal);
     const bool settled = d > way.depth - 1e-6 * gap;
     if (d <= way.depth + 1e-6 * gap) way = {d, there.normal, there.a, there.b};

@@ -205,6 +205,7 @@ void facing_feature(const PlacedShape& shape, const V3f& toward, Feature& featur
       break;
     case ShapeType::plane:
     case ShapeType::mesh:
+    case ShapeType::height_field:
       break;
   }
 }
@@ -236,6 +237,7 @@ float extent(const PlacedShape& shape, const V3f& along) {
     }
     case ShapeType::plane:
     case ShapeType::mesh:
+    case ShapeType::height_field:
       break;
   }
   return 0;

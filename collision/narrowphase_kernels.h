@@ -11,6 +11,7 @@
 
 #include "collision/broadphase.h"
 #include "core/colliders.h"
+#include "core/contacts.h"
 #include "core/vec.h"
 
 namespace skerry::collision {
@@ -48,7 +49,9 @@ struct Query {
   float dt = 0;                         // s
   float slop = kSpeculativeDistance;    // m: gap at the end of the step up to which a point counts
   float margin = kSpeculativeDistance;  // m: gap beyond which no point can close to `slop`
+  float touch = 3e38f;                  // m: gap up to which a fast pair touches; else no limit
   std::uint32_t cache = 0;              // ContactPair::cache
+  core::AxisMemory* memory = nullptr;   // of two polytopes; null: `cache` must be 0
 
   float normal_velocity(const V3f& position, const V3f& normal) const {
     return core::dot(normal, linear + core::cross(angular, position));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/height_field.h"
 #include "collision/mesh_tree.h"
 
 namespace skerry::collision {
@@ -25,6 +26,7 @@ V3f normal_of(const MeshGeometry& mesh, std::uint32_t triangle) {
 
 // A triangle of a placed mesh.
 Triangle triangle_at(const PlacedShape& placed, std::uint32_t index) {
+  if (placed.collider->type == ShapeType::height_field) return field_triangle(placed, index);
   const MeshGeometry& mesh = *placed.collider->mesh;
   const auto& corners = mesh.triangles[index];
   Triangle t;
@@ -177,7 +179,10 @@ std::uint32_t convex_mesh(const PlacedShape& a, const PlacedShape& b, Query& que
   const Bounds bounds = bounds_in(b, a, query.margin);
   scratch.triangles.clear();
   scratch.points.clear();
-  b.collider->mesh->tree->query(bounds.min, bounds.max, scratch.triangles);
+  if (b.collider->type == ShapeType::height_field)
+    find_field_triangles(*b.collider->field, bounds.min, bounds.max, scratch.triangles);
+  else
+    b.collider->mesh->tree->query(bounds.min, bounds.max, scratch.triangles);
   std::uint32_t failures = 0;
   const V3f center = middle(a);
   for (const std::uint32_t index : scratch.triangles) {

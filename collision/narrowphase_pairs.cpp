@@ -1,7 +1,11 @@
 #include "collision/narrowphase_pairs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+
+#include "collision/polytope_lanes.h"
 
 namespace skerry::collision {
 
@@ -16,6 +20,8 @@ using core::Q4f;
 using core::to_float;
 
 namespace {
+
+constexpr float kNoTouch = 3e38f;
 
 Q4f product(const Q4f& a, const Q4f& b) {
   return {((a.w * b.x + a.x * b.w) + a.y * b.z) - a.z * b.y,
@@ -52,7 +58,9 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
     case ShapeType::ellipsoid:
       return offset + std::fmax(s.x, std::fmax(s.y, s.z));
     case ShapeType::hull:
+      return offset + collider.hull->lanes->view.radius;
     case ShapeType::mesh:
+    case ShapeType::height_field:
       return static_cast<float>(mass.radius);
     case ShapeType::plane:
       break;
@@ -69,6 +77,24 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
     return std::sqrt(squared) * reach(step.colliders->rows[collider], step.bodies->mass[body]);
   };
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
+}
+
+// See Query::touch.
+float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
+  const core::Bodies& bodies = *step.bodies;
+  bool fast = false;
+  for (const core::BodyIndex body : {pair.body_a, pair.body_b}) {
+    const std::uint32_t flags = bodies.flags[body];
+    if (!(flags & (core::kContinuous | core::kKinematic)) || !(flags & core::kAwake)) continue;
+    if (!core::moves_fast(bodies, body, step.dt)) continue;
+    if (flags & core::kKinematic) return kNoTouch;  // it will not stop for anybody
+    fast = true;
+  }
+  if (!fast) return kNoTouch;
+  const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
+  const bool plane = step.colliders->rows[pair.a].type == ShapeType::plane ||
+                     step.colliders->rows[pair.b].type == ShapeType::plane;
+  return static_cast<float>(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
 }  // namespace
@@ -92,6 +118,7 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
 
   frame.linear = frame.angular = {0, 0, 0};
   frame.slop = frame.margin = frame.dt = 0;
+  frame.touch = kNoTouch;
   if (pair.flags & core::kSensorPair) return frame;
   const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
   const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
@@ -101,7 +128,15 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
   frame.angular = difference(motion_b.angular, motion_a.angular);
   frame.slop = kSpeculativeDistance;
   frame.margin = kSpeculativeDistance + frame.dt * closing_bound(step, pair, relative);
+  if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
   return frame;
+}
+
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame) {
+  const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
+                      reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
+                     frame.margin;
+  return dot(frame.between, frame.between) > most * most;
 }
 
 namespace {
@@ -134,8 +169,8 @@ float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const
 
 }  // namespace
 
-PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair) {
-  const PairFrame frame = pair_frame(step, pair);
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
+                       const PairFrame& frame) {
   PlacedPair placed;
   placed.a.collider = &step.colliders->rows[pair.a];
   placed.b.collider = &step.colliders->rows[pair.b];
@@ -154,6 +189,7 @@ PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair) {
   placed.query.dt = frame.dt;
   placed.query.slop = frame.slop;
   placed.query.margin = frame.margin;
+  placed.query.touch = frame.touch;
   placed.query.cache = pair.cache;
   return placed;
 }
@@ -173,19 +209,14 @@ constexpr float kSameNormal = 0.95f;
 // distance between the points of the manifold stands for the size.
 constexpr float kNearby = 0.1f;
 
-struct OldContact {
-  std::uint32_t count = 0;
-  Manifold manifold[core::kMeshManifolds];
-};
-
-const Manifold* predecessor(const OldContact& old, const V3f& normal) {
+const Manifold* predecessor(std::span<const Manifold> old, const V3f& normal) {
   const Manifold* best = nullptr;
   float cosine = kSameNormal;
-  for (std::uint32_t i = 0; i < old.count; ++i) {
-    const float c = dot(old.manifold[i].normal, normal);
+  for (const Manifold& manifold : old) {
+    const float c = dot(manifold.normal, normal);
     if (c <= cosine) continue;
     cosine = c;
-    best = &old.manifold[i];
+    best = &manifold;
   }
   return best;
 }
@@ -194,7 +225,7 @@ float squared_size(const Manifold& manifold) {
   float largest = 0;
   for (std::uint32_t i = 1; i < manifold.point_count; ++i) {
     const V3f r = manifold.points[i].position - manifold.points[0].position;
-    largest = std::fmax(largest, dot(r, r));
+    largest = std::max(largest, dot(r, r));
   }
   return largest;
 }
@@ -204,7 +235,7 @@ float squared_size(const Manifold& manifold) {
 void inherit_by_place(const Manifold& old, std::uint32_t used, Manifold& manifold,
                       std::uint32_t matched) {
   const bool single = manifold.point_count == 1 && old.point_count == 1;
-  const float limit = kNearby * kNearby * std::fmax(squared_size(old), squared_size(manifold));
+  const float limit = kNearby * kNearby * std::max(squared_size(old), squared_size(manifold));
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     if (matched & (1u << i)) continue;
     const ManifoldPoint& point = manifold.points[i];
@@ -255,9 +286,22 @@ void fill(const ContactPatch& patch, const V3f& linear, const V3f& angular, Mani
     manifold.points[i] = {from.position, from.separation};
     manifold.feature[i] = from.feature;
     const float vn = dot(patch.normal, linear + cross(angular, from.position));
-    approach = std::fmax(approach, -vn);
+    approach = std::max(approach, -vn);
   }
   manifold.approach_speed = approach;
+}
+
+// Returns how many manifolds there are now.
+std::uint32_t write(std::span<const Manifold> old, const PatchSet& patches, std::uint32_t capacity,
+                    const V3f& linear, const V3f& angular, Manifold* manifolds) {
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < patches.count && count < capacity; ++i) {
+    if (patches.patch[i].count == 0) continue;
+    Manifold& manifold = manifolds[count++];
+    fill(patches.patch[i], linear, angular, manifold);
+    if (const Manifold* before = predecessor(old, manifold.normal)) inherit(*before, manifold);
+  }
+  return count;
 }
 
 void mark(core::ContactPair& pair, bool touching) {
@@ -280,6 +324,22 @@ void clear_contact(core::ContactPair& pair) {
   pair.manifold_count = 0;
 }
 
+void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
+                   const V3f& angular) {
+  if (touch == kNoTouch) return;
+  for (std::uint32_t i = 0; i < patches.count; ++i) {
+    ContactPatch& patch = patches.patch[i];
+    std::uint32_t kept = 0;
+    for (std::uint32_t k = 0; k < patch.count; ++k) {
+      const ContactPoint& point = patch.points[k];
+      const float vn = dot(patch.normal, linear + cross(angular, point.position));
+      if (point.separation <= touch || -vn * dt <= kSpeculativeDistance)
+        patch.points[kept++] = point;
+    }
+    patch.count = kept;
+  }
+}
+
 void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular) {
   if (pair.flags & core::kSensorPair) {
@@ -288,16 +348,15 @@ void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const 
     return;
   }
   Manifold* manifolds = &contacts.manifolds[pair.first_manifold];
-  OldContact old;
-  old.count = pair.manifold_count;
-  for (std::uint32_t i = 0; i < old.count; ++i) old.manifold[i] = manifolds[i];
-
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < patches.count && count < pair.manifold_capacity; ++i) {
-    if (patches.patch[i].count == 0) continue;
-    Manifold& manifold = manifolds[count++];
-    fill(patches.patch[i], linear, angular, manifold);
-    if (const Manifold* before = predecessor(old, manifold.normal)) inherit(*before, manifold);
+  if (pair.manifold_capacity == 1) {
+    const Manifold old = manifolds[0];
+    count = write({&old, pair.manifold_count}, patches, 1, linear, angular, manifolds);
+  } else {
+    std::array<Manifold, core::kMeshManifolds> old;
+    std::copy_n(manifolds, pair.manifold_count, old.begin());
+    count = write({old.data(), pair.manifold_count}, patches, pair.manifold_capacity, linear,
+                  angular, manifolds);
   }
   mark(pair, count > 0);
   pair.manifold_count = static_cast<std::uint16_t>(count);

@@ -14,15 +14,20 @@ struct PairFrame {
   V3f linear, angular;               // see Query
   float slop, margin;
   float dt;
+  float touch;  // see Query
 };
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair);
+
+// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame);
 
 // What pair_frame gives, with rotation matrices and, for planes, heights.
 struct PlacedPair {
   PlacedShape a, b;
   Query query;
 };
-PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair);
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
+                       const PairFrame& frame);
 
 // The same two seen from the other side: b first.
 PlacedPair swapped(const PlacedPair& pair);
@@ -32,6 +37,11 @@ struct PatchSet {
   std::uint32_t count = 0;
   ContactPatch patch[core::kMeshManifolds];
 };
+
+// Leaves out the points of a fast pair that are farther apart than `touch` and come together fast.
+// Where those meet, if they do, continuous collision finds out. `linear`, `angular`: see Query.
+void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
+                   const V3f& angular);
 
 // Writes patches into the pair's manifolds: impulses are carried over from the manifolds they
 // replace by feature, or, for points whose feature is new, from the nearest point that is left.

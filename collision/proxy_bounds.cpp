@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "collision/height_field.h"
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
 
@@ -75,6 +76,8 @@ float reach_of(const Collider& collider) {
       return offset + farthest_vertex(collider.hull->vertices);
     case ShapeType::mesh:
       return offset + farthest_vertex(collider.mesh->vertices);
+    case ShapeType::height_field:
+      return offset + field_radius(*collider.field);
     case ShapeType::plane:
       return std::numeric_limits<float>::infinity();
   }
@@ -106,7 +109,7 @@ void ProxyBroadphase::describe(const core::Bodies& bodies, const core::Colliders
   if (bodies.flags[row.body] & core::kDynamic) proxy.flags |= kOfDynamic;
   if (bodies.flags[row.body] & core::kKinematic) proxy.flags |= kOfKinematic;
   if (row.sensor) proxy.flags |= kIsSensor;
-  if (row.type == ShapeType::mesh) proxy.flags |= kIsMesh;
+  if (core::is_surface(row.type)) proxy.flags |= kIsMesh;
   if (row.type == ShapeType::plane) proxy.flags |= kIsPlane;
   Leash& leash = leashes_[row.body];
   leash.reach = std::max(leash.reach, reach_of(row));

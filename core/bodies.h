@@ -33,7 +33,9 @@ enum BodyFlag : std::uint32_t {
   kLockRy = 1u << 12,
   kLockRz = 1u << 13,
   kLockMask = 0x3fu << 8,
-  kForced = 1u << 16,  // `force` holds something
+  kContinuous = 1u << 14,  // dynamic, and swept when fast (core/fast_bodies.h)
+  kFast = 1u << 15,        // moved so far in the last step that it was swept
+  kForced = 1u << 16,      // `force` holds something
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -59,6 +61,8 @@ struct alignas(64) BodyMass {
   Mat3 inv_inertia_b = Mat3::Zero();  // kg^-1 m^-2 about the centre, body axes
   Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
   Mat3 inertia_b = Mat3::Zero();      // kg m^2, inverse of inv_inertia_b
+  double inner_radius = 0;            // m, of the smallest ball inside one of the solid shapes
+  double turn_radius = 0;             // m, how far a turn by one radian can move a point of them
 };
 
 struct BodyForce {

@@ -24,8 +24,14 @@ enum class ShapeType : std::uint8_t {
   hull,
   plane,
   mesh,
+  height_field,
 };
-inline constexpr int kShapeTypeCount = 9;
+inline constexpr int kShapeTypeCount = 10;
+// A surface of triangles.
+constexpr bool is_surface(ShapeType type) { return type >= ShapeType::mesh; }
+
+// Rows of a hull for the separating-axis kernel; the collision room's business.
+struct HullLanes;
 
 // A convex polytope: outward faces with vertices counter-clockwise seen from outside, and half
 // edges. The frame's origin is that of the shape. Built by collision::build_hull.
@@ -46,6 +52,7 @@ struct HullGeometry {
   std::vector<Edge> edges;  // each once, tail < head
   V3f center;               // m, of volume
   float inner_radius = 0;   // m, of the largest sphere about `center` inside
+  std::shared_ptr<const HullLanes> lanes;
 };
 
 // A triangle mesh with its bounding-volume tree. Built by collision::build_mesh; the tree's layout
@@ -58,7 +65,23 @@ struct MeshGeometry {
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   // [triangles] bit e set: edge e is convex (may give edge contacts); clear: flat or concave.
   std::vector<std::uint8_t> convex_edges;
+  // [triangles] rows of MeshData::triangles; empty: the same rows, for none was left out.
+  std::vector<std::uint32_t> source;
   std::shared_ptr<const MeshTree> tree;
+};
+
+// Heights over a grid, see skerry::HeightField. Built by collision::build_height_field, which says
+// how its triangles are numbered.
+struct HeightFieldGeometry {
+  static constexpr std::uint8_t kHole = 0x80;
+
+  std::uint32_t columns = 0, rows = 0;  // samples along x and z
+  double step_x = 1, step_z = 1;        // m
+  std::vector<float> heights;           // m, [row * columns + column]
+  float low = 0, high = 0;              // m, of all heights
+  // [row * (columns - 1) + column] kHole, or bits 0-2 and 3-5: convex edges of its two triangles.
+  std::vector<std::uint8_t> cells;
+  std::shared_ptr<const MeshTree> blocks;  // items are blocks of 2 x 2 cells
 };
 
 struct Collider {
@@ -79,6 +102,7 @@ struct Collider {
   double plane_offset = 0;  // m, along the normal, in the shape frame
   const HullGeometry* hull = nullptr;
   const MeshGeometry* mesh = nullptr;
+  const HeightFieldGeometry* field = nullptr;
 
   float friction = 0.6f;
   float restitution = 0;

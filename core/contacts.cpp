@@ -19,6 +19,7 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
   if (rows.empty()) {
     const auto first = static_cast<std::uint32_t>(table.manifolds.size());
     table.manifolds.resize(first + capacity);
+    table.axis_memory.resize(first + capacity);
     return first;
   }
   const std::uint32_t first = rows.back();

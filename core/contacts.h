@@ -57,9 +57,18 @@ struct ContactPair {
   std::uint64_t key() const { return (std::uint64_t{a} << 32) | b; }
 };
 
+// Where two polytopes were, one in the frame of the other, when the narrowphase last compared all
+// their separating axes. Belongs to ContactPair::cache.
+struct AxisMemory {
+  M3f rotation;          // axes of the second in the frame of the first
+  V3f offset;            // m, origin of the second in the frame of the first
+  float separation = 0;  // m, the best of all axes
+};
+
 struct ContactTable {
   std::vector<ContactPair> pairs;          // ascending key
   std::vector<Manifold> manifolds;         // pool; a pair's manifolds are consecutive
+  std::vector<AxisMemory> axis_memory;     // [manifolds], in the row of a pair's first
   std::vector<std::uint32_t> free_single;  // free rows of capacity 1
   std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
   std::vector<std::uint32_t> active;  // rows of pairs with an awake body; the narrowphase's items

@@ -15,11 +15,13 @@
 #include "core/bodies.h"
 #include "core/colliders.h"
 #include "core/contacts.h"
+#include "core/fast_bodies.h"
 #include "core/islands.h"
 #include "core/joints_data.h"
 
 namespace skerry::collision {
 class Broadphase;
+class ContinuousScratch;
 class NarrowphaseScratch;
 }  // namespace skerry::collision
 namespace skerry::solver {
@@ -62,10 +64,12 @@ struct StepContext {
   ForceFields* fields = nullptr;
   Islands* islands = nullptr;
   Sleepers* sleepers = nullptr;
+  FastBodies* fast = nullptr;
   CallbackErrors* callback_errors = nullptr;
 
   collision::Broadphase* broadphase = nullptr;
   collision::NarrowphaseScratch* narrowphase = nullptr;  // [worker] inside
+  collision::ContinuousScratch* continuous = nullptr;    // [worker] inside
   solver::SolverScratch* solver = nullptr;               // [worker] inside
 
   std::vector<std::string>* warnings = nullptr;  // stages that run once only

@@ -71,7 +71,10 @@ void PhaseTeam::run(PhaseProgram& program, std::uint32_t worker, const ProgramOw
 
   open_next(slot, 0);
   while (!slot.over.load(std::memory_order_acquire)) {
-    if (!run_claimable(slot, worker)) wait_for_blocks_or_end(slot);
+    if (run_claimable(slot, worker)) continue;
+    const std::int64_t begin_ns = recorder_.now();
+    wait_for_blocks_or_end(slot);
+    recorder_.waited(worker, recorder_.now() - begin_ns);
   }
 
   const std::exception_ptr failure = std::move(slot.failure);

@@ -14,6 +14,7 @@ void Recorder::begin_run(const TaskGraph& graph, RunReport* report) {
     log.totals.assign(stages.size(), Total{});
     log.tasks.clear();
     log.last_program = 0;
+    log.waited_ns = 0;
   }
   report_->stages.assign(stages.size(), StageTiming{});
   for (std::size_t i = 0; i < stages.size(); ++i) report_->stages[i].name = stages[i].name;
@@ -29,14 +30,14 @@ void Recorder::add(Log& log, std::uint32_t stage, std::int64_t begin_ns, std::in
 }
 
 void Recorder::kernel(std::uint32_t worker, std::uint32_t stage, IndexRange items,
-                      std::int64_t begin_ns, std::int64_t end_ns) {
+                      std::int64_t begin_ns, std::int64_t end_ns, std::int64_t spared_ns) {
   if (!on()) return;
   Log& log = logs_[worker];
   add(log, stage, begin_ns, end_ns);
   ++log.totals[stage].tasks;
   if (!report_->record_tasks) return;
-  log.tasks.push_back(
-      {graph_->stages()[stage].name, begin_ns, end_ns, worker, items.begin, items.size()});
+  log.tasks.push_back({graph_->stages()[stage].name, begin_ns, end_ns, worker, items.begin,
+                       items.size(), end_ns - begin_ns - spared_ns});
   log.last_program = 0;
 }
 
@@ -48,9 +49,11 @@ void Recorder::joined(std::uint32_t worker, std::uint32_t stage, std::uint32_t f
   if (!report_->record_tasks) return;
   if (log.last_program == program) {
     log.tasks.back().end_ns = end_ns;
+    log.tasks.back().critical_ns = end_ns - log.tasks.back().begin_ns;
     return;
   }
-  log.tasks.push_back({graph_->stages()[stage].name, begin_ns, end_ns, worker, first_item, 0});
+  log.tasks.push_back(
+      {graph_->stages()[stage].name, begin_ns, end_ns, worker, first_item, 0, end_ns - begin_ns});
   log.last_program = program;
 }
 
@@ -81,6 +84,8 @@ void Recorder::end_run() {
   for (std::uint32_t i = 0; i < report_->stages.size(); ++i) merge_totals(i);
   if (report_->record_tasks) merge_tasks();
   report_->blocked_ns = blocked_ns_;
+  report_->phase_wait_ns = 0;
+  for (const Log& log : logs_) report_->phase_wait_ns += log.waited_ns;
   report_->helped_ns = 0;
   for (const Total& total : logs_[0].totals) report_->helped_ns += total.busy_ns;
   report_->end_ns = core::now_ns();

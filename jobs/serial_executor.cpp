@@ -11,19 +11,40 @@ namespace {
 
 class SerialTask final : public Task {
  public:
-  explicit SerialTask(const std::stop_token& stop) : stop_(stop) {}
+  // With `timed` it finds out what phase programs would gain from more workers.
+  SerialTask(const std::stop_token& stop, bool timed) : stop_(stop), timed_(timed) {}
   std::uint32_t worker() const override { return 0; }
+  std::int64_t spared_ns() const { return spared_ns_; }
   void run_phases(PhaseProgram& program) override {
     const std::uint32_t phases = program.phase_count();
     for (std::uint32_t phase = 0; phase < phases; ++phase) {
       if (stop_.stop_requested()) throw Cancelled();
       const std::uint32_t blocks = program.block_count(phase);
-      for (std::uint32_t block = 0; block < blocks; ++block) program.run_block(phase, block, 0);
+      if (timed_) {
+        run_timed(program, phase, blocks);
+      } else {
+        for (std::uint32_t block = 0; block < blocks; ++block) program.run_block(phase, block, 0);
+      }
     }
   }
 
  private:
+  void run_timed(PhaseProgram& program, std::uint32_t phase, std::uint32_t blocks) {
+    std::int64_t longest_ns = 0;
+    const std::int64_t begin_ns = core::now_ns();
+    std::int64_t now_ns = begin_ns;
+    for (std::uint32_t block = 0; block < blocks; ++block) {
+      const std::int64_t block_begin_ns = now_ns;
+      program.run_block(phase, block, 0);
+      now_ns = core::now_ns();
+      longest_ns = std::max(longest_ns, now_ns - block_begin_ns);
+    }
+    spared_ns_ += now_ns - begin_ns - longest_ns;
+  }
+
   const std::stop_token& stop_;
+  const bool timed_;
+  std::int64_t spared_ns_ = 0;
 };
 
 class SerialExecutor final : public Executor {
@@ -76,13 +97,13 @@ class SerialExecutor final : public Executor {
   }
 
   void run_stage(std::uint32_t index, const Stage& stage) {
-    SerialTask task(pending_.options.stop);
     for (std::uint32_t first = 0; first < items_[index];) {
       if (pending_.options.stop.stop_requested()) throw Cancelled();
       const IndexRange items{first, first + std::min(stage.chunk, items_[index] - first)};
+      SerialTask task(pending_.options.stop, recorder_.keeps_tasks());
       const std::int64_t begin_ns = recorder_.now();
       stage.kernel(pending_.context, items, task);
-      recorder_.kernel(0, index, items, begin_ns, recorder_.now());
+      recorder_.kernel(0, index, items, begin_ns, recorder_.now(), task.spared_ns());
       first = items.end;
     }
   }

@@ -4,9 +4,12 @@
 #include <cmath>
 
 #include "collision/geometry_build.h"
+#include "collision/height_field.h"
+#include "collision/time_of_impact.h"
 #include "core/mass_properties.h"
 #include "core/trig.h"
 #include "pipeline/edge_checks.h"
+#include "pipeline/joint_edits.h"
 #include "pipeline/publish.h"
 #include "pipeline/world_data.h"
 #include "solver/finalise.h"
@@ -118,6 +121,18 @@ struct ShapeBuilder {
     out.collider.mesh = mesh.get();
     out.geometry = std::move(mesh);
   }
+  void operator()(const HeightField& s) const {
+    std::shared_ptr<const core::HeightFieldGeometry> height_field;
+    try {
+      height_field = world.geometry.height_field(s.data, s.scale);
+    } catch (const std::invalid_argument& error) {
+      throw InputError(field + ".data", field + ".data: " + error.what());
+    }
+    basic(ShapeType::height_field, floats(0, 0, 0), double(collision::field_radius(*height_field)),
+          {});
+    out.collider.field = height_field.get();
+    out.geometry = std::move(height_field);
+  }
   MassProperties solid_mass(const TriangleMesh& s) const {
     if (const std::string defect = collision::solid_defect(*s.data); !defect.empty()) {
       throw InputError(field + ".data", field +
@@ -195,18 +210,37 @@ bool isotropic(const Mat3& inertia) {
   return (inertia - mean * Mat3::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * mean;
 }
 
-std::uint32_t body_flags(const BodyDesc& body, const MassProperties& mass) {
+std::uint32_t body_flags(const WorldSettings& settings, const BodyDesc& body,
+                         const MassProperties& mass) {
   std::uint32_t flags = core::kAlive;
   if (body.allow_sleep) flags |= core::kAllowSleep;
   if (body.type == BodyType::kinematic) flags |= core::kKinematic;
   if (body.type != BodyType::dynamic) return flags;
   flags |= core::kDynamic;
+  if (settings.continuous && body.continuous == ContinuousCollision::automatic)
+    flags |= core::kContinuous;
   if (isotropic(mass.inertia)) flags |= core::kIsotropic;
   for (std::uint32_t i = 0; i < 3; ++i) {
     if (body.locks.translation[i]) flags |= core::kLockX << i;
     if (body.locks.rotation[i]) flags |= core::kLockRx << i;
   }
   return flags;
+}
+
+// Over the shapes that can touch.
+void set_inner_radius(core::BodyMass& row, const BodyDesc& body,
+                      const std::vector<BuiltShape>& shapes) {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const Collider& c = shapes[i].collider;
+    if (c.sensor || c.type == ShapeType::plane) continue;
+    const double inner = collision::inner_radius(c);
+    row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
+    const double offset = (body.shapes[i].options.local_pose.position - row.local_center).norm();
+    const double turning = c.type == ShapeType::sphere    ? 0
+                           : c.type == ShapeType::capsule ? double(c.size.y)
+                                                          : shapes[i].radius;
+    row.turn_radius = std::max(row.turn_radius, offset + turning);
+  }
 }
 
 core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
@@ -217,6 +251,7 @@ core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
     const double offset = (body.shapes[i].options.local_pose.position - mass.center).norm();
     row.radius = std::max(row.radius, offset + shapes[i].radius);
   }
+  set_inner_radius(row, body, shapes);
   row.gravity_scale = body.gravity_scale;
   row.linear_damping = body.linear_damping;
   row.angular_damping = body.angular_damping;
@@ -339,7 +374,7 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
 
   core::Bodies& bodies = world.bodies;
   const BodyIndex row = core::take_row(bodies);
-  bodies.flags[row] = body_flags(body, mass);
+  bodies.flags[row] = body_flags(world.settings, body, mass);
   bodies.mass[row] = mass_row(body, mass, shapes);
   bodies.pose[row] =
       core::center_frame({body.position, body.orientation.normalized()}, mass.center);
@@ -353,6 +388,7 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
   if (body.type == BodyType::dynamic && !body.awake && body.allow_sleep) {
     solver::put_to_sleep(bodies, world.sleepers, {&row, 1});
   }
+  world.queries.note(row, QueryPictures::Edit::shapes);
   return bodies.id(row);
 }
 
@@ -376,6 +412,7 @@ void remove_body(WorldData& world, BodyId body) {
     insert_descending(world.colliders.free_rows, c);
   });
   core::free_row(world.bodies, row);
+  world.queries.note(row, QueryPictures::Edit::shapes);
   world.bodies.awake_stale = true;
   world.rows_stale = true;
 }
@@ -393,6 +430,7 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
                    bodies.motion[body.index].angular);
   wake(world, body.index);
   touch_all_colliders(world, body.index);
+  world.queries.note(body.index, QueryPictures::Edit::pose);
   if (!world.rows_stale) world.transforms[world.row_of[body.index]] = pose;
 }
 

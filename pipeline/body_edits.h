@@ -1,4 +1,4 @@
-// Changes to a world's bodies and joints, as the public calls and the posted commands make them.
+// Changes to a world's bodies, as the public calls and the posted commands make them.
 // Arguments are checked here (InputError, UsageError; the world is then unchanged).
 #pragma once
 
@@ -19,12 +19,8 @@ void move_kinematic(WorldData& world, BodyId body, const Pose& target, double dt
 void apply_force(WorldData& world, BodyId body, const Vec3& force, const Vec3& torque);
 void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec3& offset);
 
-JointId add_joint(WorldData& world, const JointDesc& joint);
-void remove_joint(WorldData& world, JointId joint);
-
 // Throws UsageError if the id is stale or was never given.
 void require(const WorldData& world, BodyId body);
-void require(const WorldData& world, JointId joint);
 
 // Wakes a body, with its island.
 void wake(WorldData& world, core::BodyIndex body);

@@ -47,6 +47,7 @@ void apply_commands(WorldData& world, jobs::IndexRange, jobs::Task&) {
   world.applying.clear();
   core::refresh_awake(world.bodies);
   refresh_rows(world);
+  world.fast.resize(world.bodies.rows());
 }
 
 }  // namespace skerry::pipeline

@@ -89,6 +89,13 @@ struct GeometryCheck {
     if (s.data->triangles.empty()) refuse(field + ".data", "a mesh with triangles", "an empty one");
     lengths(".scale", s.scale);
   }
+  void operator()(const HeightField& s) const {
+    if (type == BodyType::dynamic) {
+      throw InputError(field, field + ": a height field belongs to a fixed or kinematic body");
+    }
+    if (!s.data) throw InputError(field + ".data", field + ".data: must not be null");
+    lengths(".scale", s.scale);
+  }
 
  private:
   void lengths(const char* name, const Vec3& v) const {
@@ -154,6 +161,42 @@ void check_unit(const std::string& field, const Vec3& value) {
   if (!finite(value) || !(std::abs(value.norm() - 1) <= 1e-3)) {
     refuse(field, "a unit vector", text(value));
   }
+}
+
+void check_query_point(const std::string& field, const Vec3& point) {
+  check_finite(field, point);
+  if (point.cwiseAbs().maxCoeff() > 1e15) refuse(field, "within 1e15 m of the origin", text(point));
+}
+
+namespace {
+void check_translation(const std::string& field, const Vec3& translation) {
+  check_query_point(field, translation);
+  if (!(translation.norm() >= 1e-9)) refuse(field, "at least 1e-9 m long", text(translation));
+}
+}  // namespace
+
+void check_ray(const RayCast& ray) {
+  check_query_point("origin", ray.origin);
+  check_translation("translation", ray.translation);
+}
+void check_cast(const ShapeCast& cast) {
+  check_query_pose("pose", cast.pose);
+  check_translation("translation", cast.translation);
+}
+void check_query_pose(const std::string& field, const Pose& pose) {
+  check_query_point(field + ".position", pose.position);
+  check_rotation(field + ".orientation", pose.orientation);
+}
+void check_max_distance(double max_distance) {
+  if (!(max_distance >= 0 && max_distance <= 1e15))
+    refuse("max_distance", "between 0 and 1e15 m", text(max_distance));
+}
+void check_query_shape(const Shape& shape) {
+  const auto& g = shape.geometry;
+  if (std::holds_alternative<Plane>(g) || std::holds_alternative<TriangleMesh>(g) ||
+      std::holds_alternative<HeightField>(g))
+    throw InputError("shape", "shape: a query needs a convex shape that is bounded");
+  check_shape("shape", shape, BodyType::fixed);
 }
 
 void check_settings(const WorldSettings& settings) {

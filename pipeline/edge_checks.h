@@ -6,6 +6,7 @@
 #include <skerry/body.h>
 #include <skerry/commands.h>
 #include <skerry/joints.h>
+#include <skerry/queries.h>
 #include <skerry/settings.h>
 
 namespace skerry::pipeline {
@@ -37,5 +38,13 @@ void check_body(const BodyDesc& body);
 void check_time_step(double dt);
 // The values in a command, not whether its body exists.
 void check_command(const Command& command);
+
+// What queries are given.
+void check_query_point(const std::string& field, const Vec3& point);
+void check_query_pose(const std::string& field, const Pose& pose);
+void check_max_distance(double max_distance);
+void check_ray(const RayCast& ray);
+void check_cast(const ShapeCast& cast);
+void check_query_shape(const Shape& shape);
 
 }  // namespace skerry::pipeline

@@ -18,7 +18,7 @@ std::uint64_t key_of(const std::vector<Vec3>& points) {
   return hasher.finish();
 }
 
-std::uint64_t key_of(const MeshData* data, const Vec3& scale) {
+std::uint64_t key_of(const void* data, const Vec3& scale) {
   core::StateHasher hasher;
   hasher.add(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(data)));
   add(hasher, scale);
@@ -40,6 +40,15 @@ std::shared_ptr<const core::MeshGeometry> GeometryCache::mesh(
   Mesh& entry = meshes_[key_of(data.get(), scale)];
   if (auto geometry = entry.geometry.lock(); geometry && entry.data.lock() == data) return geometry;
   auto geometry = collision::build_mesh(*data, scale);
+  entry = {data, geometry};
+  return geometry;
+}
+
+std::shared_ptr<const core::HeightFieldGeometry> GeometryCache::height_field(
+    const std::shared_ptr<const HeightFieldData>& data, const Vec3& scale) {
+  Field& entry = fields_[key_of(data.get(), scale)];
+  if (auto geometry = entry.geometry.lock(); geometry && entry.data.lock() == data) return geometry;
+  auto geometry = collision::build_height_field(*data, scale);
   entry = {data, geometry};
   return geometry;
 }

@@ -1,102 +1,41 @@
+#include "pipeline/joint_edits.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/body_edits.h"
 #include "pipeline/edge_checks.h"
+#include "pipeline/joint_rows.h"
 #include "pipeline/world_data.h"
-#include "solver/finalise.h"
 
 namespace skerry::pipeline {
 namespace {
 
 using core::BodyIndex;
 using core::Joint;
+using core::kNone;
 
-std::uint64_t body_key(BodyIndex a, BodyIndex b) {
-  return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
-}
-
+// Whether the two bodies of a joint collide is for the broadphase, which sees the change by itself.
 void allow_collisions(WorldData& world, const Joint& joint, bool allow) {
+  if (joint.a == kNone || joint.b == kNone) return;
   auto& keys = world.joints.no_collide;
-  const std::uint64_t key = body_key(joint.a, joint.b);
+  const std::uint64_t key =
+      (std::uint64_t{std::min(joint.a, joint.b)} << 32) | std::max(joint.a, joint.b);
   const auto at = std::lower_bound(keys.begin(), keys.end(), key);
   if (allow) {
     keys.erase(at);
   } else {
     keys.insert(at, key);
   }
-  // Their pairs are judged anew in the next step.
-  for (const BodyIndex body : {joint.a, joint.b}) touch_all_colliders(world, body);
 }
 
-// The point, in the axes of a body and from its centre of mass.
-Vec3 anchor_in(const WorldData& world, BodyIndex body, const Vec3& point) {
-  const core::BodyPose& pose = world.bodies.pose[body];
-  return pose.orientation.conjugate() * (point - pose.center);
-}
-
-// The rotation that turns +z to the axis, in the body's axes.
-Quat frame_in(const WorldData& world, BodyIndex body, const Vec3& axis) {
-  const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  return (world.bodies.pose[body].orientation.conjugate() * turn).normalized();
-}
-
-void check_bodies(const WorldData& world, BodyId a, BodyId b) {
-  require(world, a);
-  require(world, b);
-  if (a == b)
-    throw InputError("b", "b: a joint needs two different bodies, got the same one twice");
-  if (!world.bodies.is(a.index, core::kDynamic) && !world.bodies.is(b.index, core::kDynamic)) {
-    throw InputError("a", "a: a joint needs at least one dynamic body");
+void wake_bodies(WorldData& world, const Joint& joint) {
+  for (const BodyIndex body : {joint.a, joint.b}) {
+    if (body != kNone) wake(world, body);
   }
 }
 
-struct JointBuilder {
-  const WorldData& world;
-  Joint& out;
-
-  void anchor(BodyId a, BodyId b, const Vec3& point, bool collide) const {
-    check_bodies(world, a, b);
-    check_finite("anchor", point);
-    out.a = a.index;
-    out.b = b.index;
-    out.collide = collide;
-    out.anchor_a = anchor_in(world, a.index, point);
-    out.anchor_b = anchor_in(world, b.index, point);
-  }
-  void operator()(const BallJoint& joint) const {
-    out.type = core::JointType::ball;
-    anchor(joint.a, joint.b, joint.anchor, joint.collide);
-  }
-  void operator()(const HingeJoint& joint) const {
-    out.type = core::JointType::hinge;
-    anchor(joint.a, joint.b, joint.anchor, joint.collide);
-    check_unit("axis", joint.axis);
-    const Vec3 axis = joint.axis.normalized();
-    out.frame_a = frame_in(world, joint.a.index, axis);
-    out.frame_b = frame_in(world, joint.b.index, axis);
-    limits(joint);
-    check_finite("motor_speed", joint.motor_speed);
-    check_not_negative("motor_max_torque", joint.motor_max_torque);
-    out.motor_speed = joint.motor_speed;
-    out.motor_max_torque = joint.motor_max_torque;
-  }
-  void limits(const HingeJoint& joint) const {
-    if (joint.lower_angle) check_finite("lower_angle", *joint.lower_angle);
-    if (joint.upper_angle) check_finite("upper_angle", *joint.upper_angle);
-    if (joint.lower_angle && joint.upper_angle && *joint.lower_angle > *joint.upper_angle) {
-      throw InputError("lower_angle", "lower_angle: must not be above upper_angle, got " +
-                                          std::to_string(*joint.lower_angle) + " above " +
-                                          std::to_string(*joint.upper_angle));
-    }
-    out.has_lower = joint.lower_angle.has_value();
-    out.has_upper = joint.upper_angle.has_value();
-    out.lower = joint.lower_angle.value_or(0);
-    out.upper = joint.upper_angle.value_or(0);
-  }
-};
-
-std::uint32_t take_joint(core::Joints& joints) {
+std::uint32_t take_row(core::Joints& joints) {
   if (!joints.free_rows.empty()) {
     const std::uint32_t row = joints.free_rows.back();
     joints.free_rows.pop_back();
@@ -104,6 +43,33 @@ std::uint32_t take_joint(core::Joints& joints) {
   }
   joints.rows.emplace_back();
   return static_cast<std::uint32_t>(joints.rows.size() - 1);
+}
+
+bool breakable(const Joint& joint) {
+  return std::isfinite(joint.breaks.force) || std::isfinite(joint.breaks.torque);
+}
+
+void remove_row(WorldData& world, std::uint32_t row) {
+  Joint& joint = world.joints.rows[row];
+  wake_bodies(world, joint);
+  if (!joint.collide) allow_collisions(world, joint, true);
+  if (breakable(joint)) --world.joints.breakable;
+  const std::uint32_t generation = joint.generation + 1;
+  joint = {};
+  joint.generation = generation;
+  auto& free_rows = world.joints.free_rows;
+  free_rows.insert(std::lower_bound(free_rows.begin(), free_rows.end(), row, std::greater<>()),
+                   row);
+}
+
+// The axis of a coordinate, for changes.
+core::DrivenAxis& axis_of(WorldData& world, JointId id, JointCoordinate coordinate) {
+  require(world, id);
+  for (core::DrivenAxis& axis : world.joints.rows[id.index].axes) {
+    if (axis.coordinate == coordinate) return axis;
+  }
+  throw UsageError("joint " + std::to_string(id.index) + " does not move along " +
+                   to_string(coordinate));
 }
 
 }  // namespace
@@ -119,29 +85,74 @@ void require(const WorldData& world, JointId joint) {
 }
 
 JointId add_joint(WorldData& world, const JointDesc& desc) {
-  Joint joint;
-  std::visit(JointBuilder{world, joint}, desc);
-  const std::uint32_t row = take_joint(world.joints);
+  Joint joint = make_joint(world, desc);
+  const std::uint32_t row = take_row(world.joints);
   joint.alive = true;
   joint.generation = world.joints.rows[row].generation;
   world.joints.rows[row] = joint;
-  wake(world, joint.a);
-  wake(world, joint.b);
+  wake_bodies(world, joint);
   if (!joint.collide) allow_collisions(world, joint, false);
+  if (breakable(joint)) ++world.joints.breakable;
   return {row, joint.generation};
 }
 
 void remove_joint(WorldData& world, JointId id) {
   require(world, id);
-  const Joint joint = world.joints.rows[id.index];
-  wake(world, joint.a);
-  wake(world, joint.b);
-  if (!joint.collide) allow_collisions(world, joint, true);
-  world.joints.rows[id.index] = {};
-  world.joints.rows[id.index].generation = joint.generation + 1;
-  auto& free_rows = world.joints.free_rows;
-  free_rows.insert(std::lower_bound(free_rows.begin(), free_rows.end(), id.index, std::greater<>()),
-                   id.index);
+  remove_row(world, id.index);
+}
+
+void set_joint_limits(WorldData& world, JointId id, JointCoordinate coordinate,
+                      const JointLimits& limits) {
+  core::DrivenAxis& axis = axis_of(world, id, coordinate);
+  check_limits("limits", coordinate, limits);
+  axis.limits = limits;
+  wake_bodies(world, world.joints.rows[id.index]);
+}
+
+void set_joint_drive(WorldData& world, JointId id, JointCoordinate coordinate,
+                     const JointDrive& drive) {
+  core::DrivenAxis& axis = axis_of(world, id, coordinate);
+  check_drive("drive", drive);
+  axis.drive = drive;
+  wake_bodies(world, world.joints.rows[id.index]);
+}
+
+void take_broken_joints(WorldData& world) {
+  world.broken.clear();
+  if (world.joints.breakable == 0) return;
+  for (const std::uint32_t row : world.islands.joints) {
+    const Joint& joint = world.joints.rows[row];
+    if (!joint.broken) continue;
+    const auto id_of = [&](BodyIndex body) {
+      return body == kNone ? BodyId{} : world.bodies.id(body);
+    };
+    world.broken.push_back(
+        {{row, joint.generation}, id_of(joint.a), id_of(joint.b), joint.force, joint.torque});
+  }
+  std::sort(world.broken.begin(), world.broken.end(),
+            [](const auto& a, const auto& b) { return a.joint < b.joint; });
+  for (const JointBroken& broken : world.broken) remove_row(world, broken.joint.index);
+}
+
+const char* to_string(JointCoordinate coordinate) {
+  switch (coordinate) {
+    case JointCoordinate::x:
+      return "x";
+    case JointCoordinate::y:
+      return "y";
+    case JointCoordinate::z:
+      return "z";
+    case JointCoordinate::swing_x:
+      return "swing_x";
+    case JointCoordinate::swing_y:
+      return "swing_y";
+    case JointCoordinate::twist:
+      return "twist";
+    case JointCoordinate::distance:
+      return "distance";
+    default:
+      return "swing";
+  }
 }
 
 }  // namespace skerry::pipeline

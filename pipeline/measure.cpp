@@ -94,6 +94,11 @@ std::uint64_t state_hash(const WorldData& world) {
     if (world.bodies.is(body, core::kAlive)) add_body(hasher, world.bodies, body);
   }
   for (const ContactEvent& event : world.events) add_event(hasher, event);
+  for (const JointBroken& broken : world.broken) {
+    hasher.add((std::uint64_t{broken.joint.index} << 32) | broken.joint.generation);
+    add(hasher, broken.force);
+    add(hasher, broken.torque);
+  }
   return hasher.finish();
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pipeline/joint_edits.h"
 #include "pipeline/world_data.h"
+#include "solver/stop_at_impact.h"
 
 namespace skerry::pipeline {
 namespace {
@@ -93,19 +95,14 @@ void write_transform(WorldData& world, BodyIndex body) {
 }  // namespace
 
 void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
-  const core::Islands& islands = world.islands;
-  for (std::uint32_t g = groups.begin; g < groups.end; ++g) {
-    const core::IslandGroup& group = islands.groups[g];
-    for (std::uint32_t i = group.first; i < group.first + group.count; ++i) {
-      if (group.kind == core::GroupKind::free) {
-        write_transform(world, islands.free_bodies[i]);
-        continue;
-      }
-      const core::Island& island = islands.islands[i];
-      for (std::uint32_t b = 0; b < island.body_count; ++b) {
-        write_transform(world, islands.bodies[island.first_body + b]);
-      }
-    }
+  for_each_simulated(world, groups, [&](BodyIndex body) { write_transform(world, body); });
+}
+
+void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task&) {
+  collision::order_impacts(world.context);
+  for (const BodyIndex body : world.fast.stopped) {
+    solver::stop_at_impact(world.context, body);
+    write_transform(world, body);
   }
 }
 
@@ -117,10 +114,12 @@ void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {
 }
 
 void publish(WorldData& world, jobs::IndexRange, jobs::Task&) {
+  take_broken_joints(world);
   write_events(world);
   write_changed(world);
   world.snapshots.publish(world.step_count + 1, world.time + world.context.dt, world.ids,
                           world.transforms);
+  world.queries.publish(world);
 }
 
 }  // namespace skerry::pipeline

@@ -13,6 +13,9 @@ struct WorldData;
 // Stage "write_transforms", per island group: poses of body frames for the game.
 void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task& task);
 
+// Stage "stop_fast", once: fast bodies back to where they first met something, and their transforms.
+void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task& task);
+
 // Stage "publish", once: contact events in (pair key) order, the changed list, the snapshot.
 void publish(WorldData& world, jobs::IndexRange, jobs::Task& task);
 

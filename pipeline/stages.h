@@ -28,10 +28,11 @@ enum class Data : std::uint64_t {
   transforms = 1u << 14,  // poses of body frames, for the game
   events = 1u << 15,
   snapshot = 1u << 16,
+  sweeps = 1u << 17,  // fast bodies, what they meet and when
 };
 
 // How a stage's work splits.
-enum class Per : jobs::Domain { step = jobs::kOnce, body, moved_collider, pair, island_group };
+enum class Per : jobs::Domain { step = jobs::kOnce, body, moved_collider, pair, island_group, fast_pair };
 
 // Builds the table. The context of a run is a WorldData.
 jobs::TaskGraph describe_step();

@@ -2,6 +2,7 @@
 // read and write) has finished; order, barriers, per-item chains, timers and trace names follow
 // from this table.
 #include "collision/broadphase.h"
+#include "collision/continuous.h"
 #include "collision/narrowphase.h"
 #include "pipeline/commands.h"
 #include "pipeline/publish.h"
@@ -43,6 +44,8 @@ std::uint32_t item_count(Per per, const WorldData& world) {
       return static_cast<std::uint32_t>(world.contacts.active.size());
     case Per::island_group:
       return static_cast<std::uint32_t>(world.islands.groups.size());
+    case Per::fast_pair:
+      return static_cast<std::uint32_t>(world.fast.pairs.size());
     case Per::step:
       break;
   }
@@ -70,6 +73,8 @@ Split split(Per per) {
       return {count<Per::pair>, 512};
     case Per::island_group:
       return {count<Per::island_group>, 1};
+    case Per::fast_pair:
+      return {count<Per::fast_pair>, 32};
     case Per::step:
       break;
   }
@@ -82,7 +87,7 @@ jobs::TaskGraph describe_step() {
   using enum Data;
   jobs::TaskGraph graph;
   graph.partition(static_cast<jobs::Domain>(Per::island_group),
-                  bits({poses, velocities, forces, contacts, joints, islands, transforms}));
+                  bits({poses, velocities, forces, contacts, joints, islands, transforms, sweeps}));
   const auto stage = [&graph](const char* name, Per per, jobs::Kernel kernel,
                               std::initializer_list<Data> reads,
                               std::initializer_list<Data> writes) {
@@ -100,11 +105,14 @@ jobs::TaskGraph describe_step() {
   stage("merge_pairs",      Per::step,           room<collision::merge_pairs>,       {bounds, candidates, awake_set, shapes},       {pairs, contacts});
   stage("narrowphase",      Per::pair,           room<collision::collide_pairs>,     {pairs, poses, velocities, shapes},            {contacts});
   stage("build_islands",    Per::step,           room<solver::build_islands>,        {contacts, pairs, joints},                     {islands, awake_set});
-  stage("solve_islands",    Per::island_group,   room<solver::solve_islands>,        {islands, masses, shapes, pairs, forces},      {poses, velocities, contacts, joints});
+  stage("solve_islands",    Per::island_group,   room<solver::solve_islands>,        {islands, masses, shapes, pairs, forces},      {poses, velocities, contacts, joints, sweeps});
   stage("finalise_bodies",  Per::island_group,   room<solver::finalise_bodies>,      {poses, velocities},                           {forces, islands});
   stage("write_transforms", Per::island_group,   own<write_transforms>,              {poses, masses, islands},                      {transforms});
+  stage("find_fast",        Per::step,           room<collision::find_fast>,         {poses, velocities, pairs, shapes, bounds, tree, awake_set, joints}, {sweeps});
+  stage("sweep_fast",       Per::fast_pair,      room<collision::sweep_fast>,        {poses, velocities, shapes},                   {sweeps});
+  stage("stop_fast",        Per::step,           own<stop_fast>,                     {sweeps, shapes, masses, awake_set},           {poses, velocities, transforms});
   stage("sleep",            Per::step,           room<solver::update_sleep>,         {islands},                                     {awake_set, velocities});
-  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, awake_set},      {events, snapshot, pairs});
+  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, poses, masses, shapes, islands}, {events, snapshot, pairs, joints, awake_set, velocities});
   // clang-format on
   return graph;
 }

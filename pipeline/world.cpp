@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <utility>
+
+#include <skerry/jobs/parallel_for.h>
+
 #include "pipeline/body_edits.h"
 #include "pipeline/edge_checks.h"
+#include "pipeline/joint_edits.h"
 #include "pipeline/measure.h"
 #include "pipeline/simulation_thread.h"
 #include "pipeline/threading_mode.h"
 #include "pipeline/world_data.h"
-#include "solver/joint_solver.h"
+#include "solver/joint_coordinates.h"
 
 namespace skerry {
 
@@ -38,15 +42,21 @@ const WorldSettings& checked(const WorldSettings& settings) {
 }
 
 // Milliseconds, counts and names from the run, into storage that exists already.
-void fill_times(const jobs::RunReport& run, StepReport& report) {
+void fill_times(const pipeline::WorldData& world, StepReport& report) {
+  const jobs::RunReport& run = world.run;
+  report.begin_ns = run.begin_ns;
   report.step_ms = 1e-6 * double(run.end_ns - run.begin_ns);
   report.blocked_ms = 1e-6 * double(run.blocked_ns);
   report.helped_ms = 1e-6 * double(run.helped_ns);
+  report.idle_ms =
+      report.step_ms * world.executor->worker_count() + 1e-6 * double(run.phase_wait_ns);
   report.stage_count = static_cast<std::uint32_t>(run.stages.size());
   for (std::uint32_t i = 0; i < report.stage_count; ++i) {
     const jobs::StageTiming& stage = run.stages[i];
     report.stage_storage[i] = {stage.name, 1e-6 * double(stage.end_ns - stage.begin_ns),
-                               1e-6 * double(stage.busy_ns), stage.tasks};
+                               1e-6 * double(stage.busy_ns), stage.tasks,
+                               world.graph.follows_per_item(i)};
+    report.idle_ms -= report.stage_storage[i].cpu_ms;
   }
 }
 
@@ -95,20 +105,28 @@ void World::Impl::begin(double dt) {
   report.warnings.clear();
   context.dt = dt;
   context.time = time;
+  queries.begin_step(*this);
   in_flight = true;
   executor->begin(graph, static_cast<pipeline::WorldData*>(this), {.stop = {}, .report = &run});
 }
 
 void World::Impl::end() {
   in_flight = false;
-  executor->end();
+  try {
+    executor->end();
+  } catch (...) {
+    queries.end_step(false);
+    throw;
+  }
   ++step_count;
   time += context.dt;
   report.step = step_count;
   report.dt = context.dt;
   report.time = time;
-  fill_times(run, report);
+  fill_times(*this, report);
   fill_counts(*this, report);
+  queries.end_step(true);
+  if (settings.after_step) settings.after_step(report, run.tasks);
 }
 
 void World::Impl::make_step(double dt) {
@@ -253,14 +271,32 @@ std::size_t World::joint_count() const {
   require_idle(*impl_, "joint_count");
   return impl_->joints.rows.size() - impl_->joints.free_rows.size();
 }
-double World::hinge_angle(JointId joint) const {
-  require_idle(*impl_, "hinge_angle");
+double World::joint_position(JointId joint, JointCoordinate coordinate) const {
+  require_idle(*impl_, "joint_position");
   require(*impl_, joint);
-  const core::Joint& row = impl_->joints.rows[joint.index];
-  if (row.type != core::JointType::hinge) {
-    throw UsageError("joint " + std::to_string(joint.index) + " is not a hinge: it has no angle");
-  }
-  return solver::hinge_angle(row, impl_->bodies);
+  return solver::joint_position(impl_->joints.rows[joint.index], impl_->bodies, coordinate);
+}
+double World::hinge_angle(JointId joint) const {
+  return joint_position(joint, JointCoordinate::twist);
+}
+Vec3 World::joint_force(JointId joint) const {
+  require_idle(*impl_, "joint_force");
+  require(*impl_, joint);
+  return impl_->joints.rows[joint.index].force;
+}
+Vec3 World::joint_torque(JointId joint) const {
+  require_idle(*impl_, "joint_torque");
+  require(*impl_, joint);
+  return impl_->joints.rows[joint.index].torque;
+}
+void World::set_joint_limits(JointId joint, JointCoordinate coordinate,
+                             const JointLimits& limits) {
+  require_idle(*impl_, "set_joint_limits");
+  pipeline::set_joint_limits(*impl_, joint, coordinate, limits);
+}
+void World::set_joint_drive(JointId joint, JointCoordinate coordinate, const JointDrive& drive) {
+  require_idle(*impl_, "set_joint_drive");
+  pipeline::set_joint_drive(*impl_, joint, coordinate, drive);
 }
 
 ForceFieldId World::add_force_field(ForceField field) {
@@ -305,6 +341,7 @@ PendingStep World::begin_step(double dt) {
   } catch (...) {
     impl_->activity = Activity::idle;
     impl_->in_flight = false;
+    impl_->queries.end_step(false);
     throw;
   }
   return PendingStep(impl_->step_count + 1);
@@ -367,6 +404,7 @@ void World::start() {
   if (impl_->snapshots.want()) {
     impl_->snapshots.publish(impl_->step_count, impl_->time, impl_->ids, impl_->transforms);
   }
+  impl_->queries.want();
   impl_->activity = Activity::running;
   impl_->thread->start(impl_->time);
 }
@@ -398,6 +436,103 @@ Snapshot World::latest(SnapshotView view) {
 
 std::uint64_t World::dropped_steps() const { return impl_->thread ? impl_->thread->dropped() : 0; }
 
+// -- Queries ----------------------------------------------------------------------------------------
+
+namespace {
+
+// ask(i) for all i below count, by the world's workers if they are free.
+template <class Ask>
+void ask_all(pipeline::WorldData& world, std::size_t count, const Ask& ask) {
+  constexpr std::uint32_t kChunk = 64;  // some 50 us of rays
+  if (count > kChunk) {
+    const pipeline::QueryPictures::Turn turn(world.queries);
+    if (turn.got_it()) {
+      jobs::parallel_for(
+          *world.executor, static_cast<std::uint32_t>(count), kChunk,
+          [&ask](jobs::IndexRange range, jobs::Task&) {
+            for (std::uint32_t i = range.begin; i < range.end; ++i) ask(i);
+          },
+          "queries");
+      return;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) ask(i);
+}
+
+// Checks all of a batch; what is refused is named with its row.
+template <class Query>
+void check_all(const char* list, std::span<const Query> batch, void (*check)(const Query&)) {
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    try {
+      check(batch[i]);
+    } catch (const InputError& error) {
+      const std::string row = std::string(list) + "[" + std::to_string(i) + "].";
+      throw InputError(row + error.field(), row + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+QueryView World::queries() const { return QueryView(impl_->queries.newest(*impl_)); }
+
+std::optional<CastHit> World::ray_cast(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_cast(ray, filter);
+}
+std::vector<CastHit> World::ray_cast_all(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_cast_all(ray, filter);
+}
+bool World::ray_hits(const RayCast& ray, const QueryFilter& filter) const {
+  return queries().ray_hits(ray, filter);
+}
+std::optional<CastHit> World::shape_cast(const ShapeCast& cast, const QueryFilter& filter) const {
+  return queries().shape_cast(cast, filter);
+}
+std::vector<CastHit> World::shape_cast_all(const ShapeCast& cast, const QueryFilter& filter) const {
+  return queries().shape_cast_all(cast, filter);
+}
+std::vector<OverlapHit> World::overlap(const QueryShape& shape, const Pose& pose,
+                                       const QueryFilter& filter) const {
+  return queries().overlap(shape, pose, filter);
+}
+std::optional<ClosestHit> World::closest(const Vec3& point, double max_distance,
+                                         const QueryFilter& filter) const {
+  return queries().closest(point, max_distance, filter);
+}
+std::optional<ClosestHit> World::closest(const QueryShape& shape, const Pose& pose,
+                                         double max_distance, const QueryFilter& filter) const {
+  return queries().closest(shape, pose, max_distance, filter);
+}
+std::vector<ClosestHit> World::closest_all(const Vec3& point, double max_distance,
+                                           const QueryFilter& filter) const {
+  return queries().closest_all(point, max_distance, filter);
+}
+std::vector<ClosestHit> World::closest_all(const QueryShape& shape, const Pose& pose,
+                                           double max_distance, const QueryFilter& filter) const {
+  return queries().closest_all(shape, pose, max_distance, filter);
+}
+std::optional<BodyDistance> World::distance(BodyId a, BodyId b, double max_distance) const {
+  return queries().distance(a, b, max_distance);
+}
+
+std::vector<std::optional<CastHit>> World::ray_cast_batch(std::span<const RayCast> rays,
+                                                          const QueryFilter& filter) const {
+  check_all("rays", rays, pipeline::check_ray);
+  const QueryView view = queries();
+  std::vector<std::optional<CastHit>> hits(rays.size());
+  ask_all(*impl_, rays.size(), [&](std::size_t i) { hits[i] = view.ray_cast(rays[i], filter); });
+  return hits;
+}
+std::vector<std::optional<CastHit>> World::shape_cast_batch(std::span<const ShapeCast> casts,
+                                                            const QueryFilter& filter) const {
+  check_all("casts", casts, pipeline::check_cast);
+  const QueryView view = queries();
+  std::vector<std::optional<CastHit>> hits(casts.size());
+  ask_all(*impl_, casts.size(),
+          [&](std::size_t i) { hits[i] = view.shape_cast(casts[i], filter); });
+  return hits;
+}
+
 // -- Out --------------------------------------------------------------------------------------------
 
 std::span<const BodyId> World::bodies() const {
@@ -418,6 +553,10 @@ std::span<const std::uint32_t> World::changed() const {
 std::span<const ContactEvent> World::contact_events() const {
   require_idle(*impl_, "contact_events");
   return impl_->events;
+}
+std::span<const JointBroken> World::broken_joints() const {
+  require_idle(*impl_, "broken_joints");
+  return impl_->broken;
 }
 const StepReport& World::last_report() const {
   require_idle(*impl_, "last_report");

@@ -10,6 +10,7 @@ WorldData::WorldData(const WorldSettings& world_settings)
       executor(make_step_executor(settings)),
       broadphase(collision::make_broadphase(settings.broadphase)),
       narrowphase(collision::make_narrowphase_scratch(executor->worker_count())),
+      continuous(collision::make_continuous_scratch(executor->worker_count())),
       solver(solver::make_solver_scratch(executor->worker_count())),
       graph(describe_step()) {
   run.record_tasks = settings.record_tasks;
@@ -22,9 +23,11 @@ WorldData::WorldData(const WorldSettings& world_settings)
   context.fields = &fields;
   context.islands = &islands;
   context.sleepers = &sleepers;
+  context.fast = &fast;
   context.callback_errors = &callback_errors;
   context.broadphase = broadphase.get();
   context.narrowphase = narrowphase.get();
+  context.continuous = continuous.get();
   context.solver = solver.get();
   context.warnings = &report.warnings;
 }

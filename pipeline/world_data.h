@@ -10,9 +10,11 @@
 #include <skerry/world.h>
 
 #include "collision/broadphase.h"
+#include "collision/continuous.h"
 #include "collision/narrowphase.h"
 #include "core/step_context.h"
 #include "pipeline/geometry_cache.h"
+#include "pipeline/query_pictures.h"
 #include "pipeline/snapshots.h"
 #include "solver/solve_islands.h"
 
@@ -37,12 +39,14 @@ struct WorldData {
   core::ForceFields fields;
   core::Islands islands;
   core::Sleepers sleepers;
+  core::FastBodies fast;
   core::CallbackErrors callback_errors;
   GeometryCache geometry;
 
   std::unique_ptr<jobs::Executor> executor;
   std::unique_ptr<collision::Broadphase> broadphase;
   collision::NarrowphaseScratchPtr narrowphase;
+  collision::ContinuousScratchPtr continuous;
   solver::SolverScratchPtr solver;
 
   core::StepContext context;  // of the step in progress
@@ -66,11 +70,36 @@ struct WorldData {
   bool rows_stale = true;              // bodies came or went
   std::vector<ContactEvent> events;
   std::vector<ContactEvent> pending_end_events;  // of bodies removed since the last step
+  std::vector<JointBroken> broken;  // in the last step
   SnapshotBuffer snapshots;
+  QueryPictures queries;
 };
 
 // Throws UsageError unless the world is idle (`call` names the function for the message).
 void require_idle(const WorldData& world, const char* call);
+
+// Calls visit(body) for the bodies that the step in progress simulates: those of all island groups, or
+// of some.
+template <class Visit>
+void for_each_simulated(const WorldData& world, jobs::IndexRange groups, const Visit& visit) {
+  const core::Islands& islands = world.islands;
+  for (std::uint32_t g = groups.begin; g < groups.end; ++g) {
+    const core::IslandGroup& group = islands.groups[g];
+    for (std::uint32_t i = group.first; i < group.first + group.count; ++i) {
+      if (group.kind == core::GroupKind::free) {
+        visit(islands.free_bodies[i]);
+        continue;
+      }
+      const core::Island& island = islands.islands[i];
+      for (std::uint32_t b = 0; b < island.body_count; ++b)
+        visit(islands.bodies[island.first_body + b]);
+    }
+  }
+}
+template <class Visit>
+void for_each_simulated(const WorldData& world, const Visit& visit) {
+  for_each_simulated(world, {0, static_cast<std::uint32_t>(world.islands.groups.size())}, visit);
+}
 
 // Rows for the game, rebuilt if bodies came or went.
 void refresh_rows(WorldData& world);

@@ -64,6 +64,36 @@ TriangleMesh read_mesh_shape(const JsonNode& node, const SceneLibrary& library) 
   return mesh;
 }
 
+void read_holes(const JsonNode& node, HeightFieldData& field) {
+  const std::uint32_t columns = field.columns - 1, rows = field.rows - 1;
+  field.holes.assign(std::size_t{columns} * rows, 0);
+  for (const JsonNode* cell : read_list(node, 0)) {
+    const auto& place = read_list(*cell, 2);
+    if (place.size() != 2) cell->refuse("a list of two: column and row of a cell");
+    const auto column = static_cast<std::size_t>(read_integer(*place[0], 0, columns - 1));
+    const auto row = static_cast<std::size_t>(read_integer(*place[1], 0, rows - 1));
+    field.holes[row * columns + column] = 1;
+  }
+}
+
+HeightField read_height_field(const JsonNode& node) {
+  auto field = std::make_shared<HeightFieldData>();
+  const auto& rows = read_list(*node.find("heights"), 2);
+  field->rows = static_cast<std::uint32_t>(rows.size());
+  field->columns = static_cast<std::uint32_t>(read_list(*rows[0], 2).size());
+  for (const JsonNode* row : rows) {
+    const auto& heights = read_list(*row, 2);
+    if (heights.size() != field->columns)
+      row->refuse("as long as the first row (" + std::to_string(field->columns) + ")");
+    for (const JsonNode* height : heights)
+      field->heights.push_back(static_cast<float>(read_within(*height, -1e7, 1e7)));
+  }
+  if_given(node, "holes", [&](const JsonNode& n) { read_holes(n, *field); });
+  HeightField shape{std::move(field)};
+  if_given(node, "scale", [&](const JsonNode& n) { shape.scale = read_scale(n); });
+  return shape;
+}
+
 ShapeGeometry read_sphere(const JsonNode& node, const SceneLibrary&) {
   Sphere sphere = {read_positive(*node.find("radius"))};
   if_given(node, "hollow", [&](const JsonNode& n) { sphere.hollow = read_bool(n); });
@@ -103,6 +133,10 @@ constexpr ShapeKind kShapes[] = {
     {"mesh", "mesh_shape",
      [](const JsonNode& node, const SceneLibrary& library) -> ShapeGeometry {
        return read_mesh_shape(node, library);
+     }},
+    {"height_field", "height_field",
+     [](const JsonNode& node, const SceneLibrary&) -> ShapeGeometry {
+       return read_height_field(node);
      }},
 };
 

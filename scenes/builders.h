@@ -27,6 +27,7 @@ SceneDesc make_islands(std::uint64_t seed);
 SceneDesc make_tiny(std::uint64_t seed);
 SceneDesc make_mixed(std::uint64_t seed);
 SceneDesc make_mesh_terrain(std::uint64_t seed);
+SceneDesc make_joint_grid(std::uint64_t seed);
 SceneDesc make_chains(std::uint64_t seed);
 SceneDesc make_gallery(std::uint64_t seed);
 

@@ -22,6 +22,7 @@ constexpr CatalogueEntry kCatalogue[] = {
     {"mixed", "512 mixed bodies, chains, a sensor, bodies removed, pushed and added", make_mixed},
     {"mesh_terrain", "600 mixed bodies on a wavy mesh of 12800 triangles", make_mesh_terrain},
     {"chains", "64 chains of 10 capsules, ball and hinge joints, over bars", make_chains},
+    {"joint_grid", "a net of 10000 spheres in 19701 ball joints: one island", make_joint_grid},
     {"gallery", "every kind of shape on a plane", make_gallery},
 };
 

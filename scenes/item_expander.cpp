@@ -73,8 +73,9 @@ HingeJoint read_hinge(const JsonNode& node) {
   });
   if_given(node, "motor", [&](const JsonNode& motor) {
     check_object(motor, "motor");
-    hinge.motor_speed = read_number(*motor.find("speed"));
-    hinge.motor_max_torque = read_not_negative(*motor.find("max_torque"));
+    hinge.drive.motor = {.mode = JointMotorMode::velocity,
+                         .target = read_number(*motor.find("speed")),
+                         .max_force = read_not_negative(*motor.find("max_torque"))};
   });
   return hinge;
 }
@@ -250,7 +251,8 @@ void ItemExpander::join(const JsonNode& list, const Pose& frame, const Scope& sc
     if (joint.a == joint.b) node->find("b")->fail("joins the body to itself");
     std::visit(
         [&](auto& desc) {
-          desc.anchor = transformed(frame, read_vec3(*node->find("anchor")));
+          if constexpr (requires { desc.anchor; })
+            desc.anchor = transformed(frame, read_vec3(*node->find("anchor")));
           if_given(*node, "collide", [&](const JsonNode& n) { desc.collide = read_bool(n); });
         },
         joint.joint);

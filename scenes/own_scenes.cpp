@@ -120,6 +120,30 @@ SceneDesc make_mesh_terrain(std::uint64_t seed) {
   return scene;
 }
 
+// A net of spheres that hangs from its fixed top row: one island of joints in loops.
+SceneDesc make_joint_grid(std::uint64_t) {
+  constexpr int kSide = 100;
+  SceneDesc scene;
+  scene.defaults.steps = 100;
+  scene.defaults.sleep = false;
+  for (int k = 0; k < kSide; ++k) {
+    for (int i = 0; i < kSide; ++i) {
+      const Vec3 at(k, -i, 0);
+      BodyDesc body = dynamic_body(Sphere{0.4}, at);
+      body.shapes[0].options.filter = {.category = 2, .mask = ~2u};
+      if (i == 0) body.type = BodyType::fixed;
+      const BodyNumber number = add(scene, std::move(body));
+      if (i > 0) {
+        scene.joints.push_back({number - 1, number, BallJoint{.anchor = at + Vec3(0, 0.5, 0)}});
+      }
+      if (k > 0 && i > 0) {
+        scene.joints.push_back({number - kSide, number, BallJoint{.anchor = at - Vec3(0.5, 0, 0)}});
+      }
+    }
+  }
+  return scene;
+}
+
 SceneDesc make_chains(std::uint64_t seed) {
   SceneDesc scene;
   scene.defaults.steps = 400;

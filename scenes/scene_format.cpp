@@ -52,6 +52,7 @@ std::vector<ObjectSpec> make_specs() {
       {"convex_hull", {"type"}, Names{"points", "mesh", "scale"} + shape},
       {"plane", {"type"}, Names{"normal", "offset"} + shape},
       {"mesh_shape", {"type", "mesh"}, Names{"scale"} + shape},
+      {"height_field", {"type", "heights"}, Names{"holes", "scale"} + shape},
 
       {"axis_angle", {"axis", "degrees"}, {}},
       {"euler", {"euler_degrees"}, {}},

@@ -43,7 +43,8 @@ struct alignas(64) SpinRow {
 // Constants and body rows of all passes over one group.
 struct ContactPass {
   VelocityRow* velocity = nullptr;
-  VelocityRow* start = nullptr;  // velocities at the start of the step
+  VelocityRow* start = nullptr;   // velocities at the start of the step
+  VelocityRow* forced = nullptr;  // of this substep, after external forces and before impulses
   DeltaRow* delta = nullptr;
   const MassRow* mass = nullptr;
   const BaseRow* base = nullptr;
@@ -186,8 +187,10 @@ struct ContactKernels {
   const char* name;
   std::uint32_t width;
   OfKind kind[kContactKinds];
-  // Rows [begin, end), both multiples of kMaxWidth.
+  // Rows [begin, end), both multiples of kMaxWidth. The second also warm starts: it applies again
+  // all that changed the velocities after the integration of the substep before.
   void (*integrate_velocities)(const ContactPass& pass, std::uint32_t begin, std::uint32_t end);
+  void (*integrate_and_repeat)(const ContactPass& pass, std::uint32_t begin, std::uint32_t end);
   void (*integrate_positions)(const ContactPass& pass, std::uint32_t begin, std::uint32_t end);
 };
 

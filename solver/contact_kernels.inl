@@ -800,13 +800,18 @@ struct KernelsOf {
     return mul(turned, scale);
   }
 
+  template <bool kRepeat>
   static void integrate_velocities(const ContactPass& pass, std::uint32_t begin,
                                    std::uint32_t end) {
     const F h = L::set(pass.substep);
     std::uint32_t index[W];
     for (std::uint32_t row = begin; row < end; row += W) {
       consecutive(row, index);
-      Velocity v = gather_velocity(pass.velocity, index);
+      Velocity v = gather_velocity(pass.velocity, index), change;
+      if constexpr (kRepeat) {
+        const Velocity forced = gather_velocity(pass.forced, index);
+        change = {sub(v.linear, forced.linear), sub(v.angular, forced.angular)};
+      }
       F a[4], spin[4], rest[4], inertia[4];
       L::gather(floats(pass.base), 8, index, a);
       const float* base = floats(pass.spin);
@@ -825,11 +830,19 @@ struct KernelsOf {
         v.angular = select(gyroscopic, gyrate(v.angular, direct, inverse, h), v.angular);
       }
       v.angular = mul(v.angular, rest[2]);
-      const F linear[4] = {v.linear.x, v.linear.y, v.linear.z, zero()};
-      const F angular[4] = {v.angular.x, v.angular.y, v.angular.z, zero()};
-      scatter_rows(floats(pass.velocity), index, linear);
-      scatter_rows(floats(pass.velocity) + 4, index, angular);
+      scatter_velocity_rows(pass.forced, index, v);
+      if constexpr (kRepeat) {
+        v = {add(v.linear, change.linear), add(v.angular, change.angular)};
+      }
+      scatter_velocity_rows(pass.velocity, index, v);
     }
+  }
+  SKERRY_LANE void scatter_velocity_rows(VelocityRow* rows, const std::uint32_t* index,
+                                         const Velocity& v) {
+    const F linear[4] = {v.linear.x, v.linear.y, v.linear.z, zero()};
+    const F angular[4] = {v.angular.x, v.angular.y, v.angular.z, zero()};
+    scatter_rows(floats(rows), index, linear);
+    scatter_rows(floats(rows) + 4, index, angular);
   }
 
   static void integrate_positions(const ContactPass& pass, std::uint32_t begin,
@@ -875,7 +888,8 @@ struct KernelsOf {
     return {name,
             static_cast<std::uint32_t>(W),
             {of_kind<4, false>(), of_kind<1, false>(), of_kind<4, true>(), of_kind<1, true>()},
-            &integrate_velocities,
+            &integrate_velocities<false>,
+            &integrate_velocities<true>,
             &integrate_positions};
   }
 };

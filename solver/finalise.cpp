@@ -69,7 +69,7 @@ void finalise_island(const StepContext& step, Island& island) {
 }
 
 bool is_moving_kinematic(const Bodies& bodies, BodyIndex body) {
-  return bodies.is(body, core::kKinematic | core::kAwake);
+  return body != core::kNone && bodies.is(body, core::kKinematic | core::kAwake);
 }
 
 bool meets_moving_kinematic(const StepContext& step, const Island& island) {

@@ -5,6 +5,7 @@
 
 #include "core/assert.h"
 #include "core/growth.h"
+#include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
@@ -14,8 +15,9 @@ namespace {
 
 using namespace core;
 
-constexpr std::uint32_t kWideBlockGrain = 32;  // lane blocks per task of a wide island
+constexpr std::uint32_t kWideLaneGrain = 128;  // manifolds per task of a wide island: about 1 us
 constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
+constexpr std::uint32_t kWideJointGrain = 64;  // joints per task
 constexpr std::uint32_t kUnbounded = 0x7fffffff;
 
 // Slower meetings count as resting: what they displace at substep resolution is far below a
@@ -75,6 +77,18 @@ bool is_finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
+// Takes over a body's new state, or sets the body aside if it is not finite.
+void accept(Bodies& bodies, BodyIndex index, const BodyPose& pose, const BodyMotion& motion) {
+  if (is_finite(pose.center) && pose.orientation.coeffs().allFinite() && is_finite(motion.linear) &&
+      is_finite(motion.angular) && is_finite(motion.angular_momentum)) {
+    bodies.pose[index] = pose;
+    bodies.motion[index] = motion;
+  } else {
+    bodies.motion[index] = BodyMotion{};
+    bodies.flags[index] |= kQuarantined;
+  }
+}
+
 // Clears the components along locked axes; `first_lock` is kLockX or kLockRx.
 Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
   for (int k = 0; k < 3; ++k) {
@@ -91,7 +105,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   group_ = group;
   kernels_ = &kernels;
   const bool wide = group.kind == GroupKind::wide;
-  block_grain_ = wide ? kWideBlockGrain : kUnbounded;
+  block_grain_ = wide ? kWideLaneGrain / kernels.width : kUnbounded;
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
   collect_contacts();
@@ -109,13 +123,15 @@ void GroupSolver::assign_rows() {
   const Island& last = islands.islands[group_.first + group_.count - 1];
   first_body_ = first.first_body;
   body_count_ = last.first_body + last.body_count - first_body_;
-  first_joint_ = first.first_joint;
-  joint_count_ = last.first_joint + last.joint_count - first_joint_;
   row_count_ = 1 + body_count_;
   core::make_room(body_, row_count_);
   body_.resize(row_count_);
   body_[0] = kNone;
-  std::copy_n(islands.bodies.begin() + first_body_, body_count_, body_.begin() + 1);
+  has_locks_ = false;
+  for (std::uint32_t row = 1; row < row_count_; ++row) {
+    body_[row] = islands.bodies[first_body_ + row - 1];
+    has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+  }
   for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
   used_kinematics_.clear();
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
@@ -167,12 +183,8 @@ void GroupSolver::collect_contacts() {
                     0};
     has_bounces_ = has_bounces_ || manifold.restitution > 0;
   }
-  // Kinematic bodies of joints need rows too.
-  for (std::uint32_t i = 0; i < joint_count_; ++i) {
-    const Joint& joint = step_->joints->rows[islands.joints[first_joint_ + i]];
-    row_of(joint.a);
-    row_of(joint.b);
-  }
+  joints_.collect(*step_, group_.first, group_.count,
+                  [this](BodyIndex body) { return row_of(body); });
 }
 
 void GroupSolver::set_efforts() {
@@ -217,8 +229,8 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
   const auto locked = [this](std::uint32_t row) {
     return row - 1 < body_count_ && (step_->bodies->flags[body_[row]] & kLockMask) != 0;
   };
-  const bool full =
-      manifold.restitution > 0 || manifold.rolling_resistance > 0 || locked(row_a) || locked(row_b);
+  const bool full = manifold.restitution > 0 || manifold.rolling_resistance > 0 ||
+                    (has_locks_ && (locked(row_a) || locked(row_b)));
   const bool one = manifold.point_count <= 1;
   if (full) return one ? ContactKind::point1_full : ContactKind::points4_full;
   return one ? ContactKind::point1 : ContactKind::points4;
@@ -235,16 +247,21 @@ void GroupSolver::set_constants() {
   padded_rows_ = (row_count_ + kMaxWidth - 1) / kMaxWidth * kMaxWidth;
   grow(velocity_, padded_rows_);
   grow(start_, padded_rows_);
+  grow(forced_, padded_rows_);
   grow(delta_, padded_rows_);
   grow(mass_, padded_rows_);
   grow(base_, padded_rows_);
   grow(spin_, padded_rows_);
   grow(ledger_, row_count_);
   grow(outlook_, row_count_);
+  joints_.begin(first_body_, row_count_, 1 + body_count_,
+                group_.kind == GroupKind::wide ? kWideJointGrain : kUnbounded);
+  joints_.bodies.bind(velocity_.data(), delta_.data());
   const SolverSettings& settings = step_->settings->solver;
   const double h = step_->dt / settings.substeps;
   pass_.velocity = velocity_.data();
   pass_.start = start_.data();
+  pass_.forced = forced_.data();
   pass_.delta = delta_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
@@ -311,12 +328,15 @@ void GroupSolver::make_chunks() {
 void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
-      op == Op::integrate_positions) {
+      op == Op::integrate_and_repeat || op == Op::integrate_positions ||
+      op == Op::close_velocities) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare) {
     blocks = static_cast<std::uint32_t>(chunks_.size());
+  } else if (op == Op::prepare_joints || op == Op::store_joints) {
+    blocks = joints_.chunks();
   }
-  if (blocks > 0) phases_.push_back({op, 0, blocks});
+  if (blocks > 0) phases_.push_back({op, 0, blocks, substep_});
 }
 
 void GroupSolver::add_colours(Op op) {
@@ -325,33 +345,47 @@ void GroupSolver::add_colours(Op op) {
     for (std::uint32_t pass = 0; pass < passes; ++pass) {
       for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
         const std::uint32_t* chunk = &colour_chunks_[effort * colouring_.colours + colour];
-        if (chunk[1] > chunk[0]) {
-          phases_.push_back({op, chunk[0], chunk[1] - chunk[0], pass + 1 == passes});
-        }
+        if (chunk[1] == chunk[0]) continue;
+        phases_.push_back({op, chunk[0], chunk[1] - chunk[0], substep_, pass + 1 == passes});
       }
     }
   }
 }
 
+void GroupSolver::add_joint_colours(Op op) {
+  for (std::uint32_t colour = 0; colour < joints_.colours(); ++colour) {
+    const std::uint32_t first = joints_.first_chunk(colour);
+    phases_.push_back({op, first, joints_.first_chunk(colour + 1) - first, substep_});
+  }
+}
+
 void GroupSolver::list_phases() {
   phases_.clear();
-  const bool joints = joint_count_ > 0;
+  substep_ = 0;
   add_phase(Op::gather);
   add_phase(Op::prepare);
-  if (joints) add_phase(Op::prepare_joints);
-  for (int i = 0; i < step_->settings->solver.substeps; ++i) {
-    add_phase(Op::integrate_velocities);
-    if (joints) add_phase(Op::warm_start_joints);
-    add_colours(Op::warm_start);
-    if (joints) add_phase(Op::solve_joints);
+  add_phase(Op::prepare_joints);
+  const auto substeps = static_cast<std::uint32_t>(step_->settings->solver.substeps);
+  for (; substep_ < substeps; ++substep_) {
+    // The rows of contacts are the same in all substeps, so that impulses change the velocities
+    // alike. Those of joints turn with the bodies.
+    const bool repeats = substep_ > 0 && joints_.empty();
+    add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
+    add_joint_colours(Op::warm_start_joints);
+    if (!repeats) add_colours(Op::warm_start);
+    add_joint_colours(Op::solve_joints);
     add_colours(Op::solve);
     add_phase(Op::integrate_positions);
-    if (joints) add_phase(Op::relax_joints);
+    add_joint_colours(Op::relax_joints);
     add_colours(Op::relax);
+  }
+  if (!joints_.empty() && joints_.bodies.any_smooth()) {
+    add_phase(Op::close_velocities);
+    add_joint_colours(Op::close_joints);
   }
   if (has_bounces_) add_colours(Op::restitute);
   add_colours(Op::store);
-  if (joints) add_phase(Op::store_joints);
+  add_phase(Op::store_joints);
   add_phase(Op::finish);
 }
 
@@ -371,17 +405,22 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
     case Op::gather:
       return gather_rows(begin, end);
     case Op::integrate_velocities:
-      return kernels_->integrate_velocities(pass_, begin, end);
+      return integrate_velocities(begin, end, p.substep);
+    case Op::integrate_and_repeat:
+      return kernels_->integrate_and_repeat(pass_, begin, end);
     case Op::integrate_positions:
-      return kernels_->integrate_positions(pass_, begin, end);
+      return integrate_positions(begin, end);
+    case Op::close_velocities:
+      return joints_.bodies.kick(begin, end, joints_.h(), JointBatch::kHalfKick, true);
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
     case Op::warm_start_joints:
     case Op::solve_joints:
     case Op::relax_joints:
+    case Op::close_joints:
     case Op::store_joints:
-      return run_joints(p.op);
+      return run_joints(p, block);
     default:
       return run_contacts(p, chunks_[p.first + block]);
   }
@@ -389,7 +428,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
-  std::byte* blocks = memory_.data()->bytes + chunk.memory;
+  std::byte* blocks = block_memory() + chunk.memory;
   switch (phase.op) {
     case Op::prepare:
       return prepare_chunk(chunk);
@@ -406,25 +445,37 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   }
 }
 
-SolverBodies GroupSolver::rows() {
-  return {velocity_.data(), delta_.data(), mass_.data(), base_.data(), body_.data(), row_count_};
+void GroupSolver::run_joints(const Phase& phase, std::uint32_t block) {
+  const auto op_of = [](Op op) {
+    switch (op) {
+      case Op::prepare_joints:
+        return JointOp::prepare;
+      case Op::warm_start_joints:
+        return JointOp::warm_start;
+      case Op::solve_joints:
+        return JointOp::solve;
+      case Op::relax_joints:
+        return JointOp::relax;
+      case Op::close_joints:
+        return JointOp::close;
+      default:
+        return JointOp::store;
+    }
+  };
+  joints_.run(op_of(phase.op), phase.substep, phase.first + block);
 }
 
-void GroupSolver::run_joints(Op op) {
-  const SolverBodies bodies = rows();
-  if (op == Op::prepare_joints) {
-    grow(row_of_body_, step_->bodies->rows());
-    for (std::uint32_t row = 1; row < row_count_; ++row) row_of_body_[body_[row]] = row;
-    joints_.prepare(*step_, {step_->islands->joints.data() + first_joint_, joint_count_}, bodies,
-                    row_of_body_.data(), pass_.substep);
-    for (std::uint32_t row = 1; row < row_count_; ++row) row_of_body_[body_[row]] = 0;
-  } else if (op == Op::warm_start_joints) {
-    joints_.warm_start(bodies);
-  } else if (op == Op::store_joints) {
-    joints_.store(*step_);
-  } else {
-    joints_.solve(bodies, op == Op::solve_joints);
-  }
+void GroupSolver::integrate_velocities(std::uint32_t begin, std::uint32_t end,
+                                       std::uint32_t substep) {
+  if (joints_.empty()) return kernels_->integrate_velocities(pass_, begin, end);
+  joints_.bodies.kick(begin, end, joints_.h(), JointBatch::kick(substep), false);
+  kernels_->integrate_velocities(pass_, begin, end);
+  joints_.bodies.publish_velocities(begin, std::min(end, pass_.dynamic_end));
+}
+
+void GroupSolver::integrate_positions(std::uint32_t begin, std::uint32_t end) {
+  kernels_->integrate_positions(pass_, begin, end);
+  if (!joints_.empty()) joints_.bodies.drift(begin, std::min(end, row_count_), joints_.h());
 }
 
 // ---- Bodies in.
@@ -454,6 +505,10 @@ void GroupSolver::gather_kinematic(std::uint32_t row) {
   const KinematicStart& start = islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot];
   start_[row] = {to_float(start.linear), 0, to_float(start.angular), 0};
   base_[row].orientation = to_float(start.orientation);
+  if (!joints_.empty()) {
+    joints_.bodies.gather_kinematic(row, {scalars(start.center), scalars(start.orientation)},
+                                    scalars(start.linear), scalars(start.angular));
+  }
 }
 
 float GroupSolver::damping_factor(double damping) const {
@@ -502,14 +557,23 @@ void GroupSolver::gather_body(std::uint32_t row) {
   spin.angular_acceleration = to_float(angular_acceleration);
   spin.linear_factor = damping_factor(mass.linear_damping);
   spin.angular_factor = damping_factor(mass.angular_damping);
-  spin.gyroscopic = isotropic || (flags & kLockMask) ? 0.0f : 1.0f;
+  // What turns so far in a step turns exactly, after its impacts (FastWatch).
+  const bool turns_later = (flags & kContinuous) && motion.angular.norm() * step_->dt > kLargeTurn;
+  spin.gyroscopic = isotropic || turns_later || (flags & kLockMask) ? 0.0f : 1.0f;
 
   ledger_[row] = {};
   Outlook& outlook = outlook_[row];
   outlook.linear = motion.linear + acceleration * step_->dt;
   outlook.angular_momentum = motion.angular_momentum + force.torque * step_->dt;
   outlook.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
-  outlook.from_rows = joint_count_ > 0 || mass.linear_damping > 0 || mass.angular_damping > 0;
+  outlook.from_rows = mass.linear_damping > 0 || mass.angular_damping > 0;
+  if (!joints_.empty() && joints_.bodies.owns(row)) {
+    joints_.bodies.gather(*step_, row, index, force);
+    const Sym3d& inverse = joints_.bodies.at(row).inv_inertia;
+    m.inv_inertia = {static_cast<float>(inverse.xx), static_cast<float>(inverse.xy),
+                     static_cast<float>(inverse.xz), static_cast<float>(inverse.yy),
+                     static_cast<float>(inverse.yz), static_cast<float>(inverse.zz)};
+  }
 }
 
 // ---- Contacts in and out.
@@ -518,7 +582,7 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   const bool full =
       chunk.kind == ContactKind::points4_full || chunk.kind == ContactKind::point1_full;
-  std::byte* block = memory_.data()->bytes + chunk.memory;
+  std::byte* block = block_memory() + chunk.memory;
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
@@ -555,7 +619,7 @@ void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
 
 void GroupSolver::store_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
-  const std::byte* block = memory_.data()->bytes + chunk.memory;
+  const std::byte* block = block_memory() + chunk.memory;
   Manifold sink;  // of padding lanes
   LaneOutput output;
   const std::uint32_t* contact = &lanes_[chunk.first_lane];
@@ -605,10 +669,17 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
 
 void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
-    if (!ledger_[row].pushed && !outlook_[row].from_rows) {
+    FastWatch watch(*step_, body_[row]);
+    const bool from_rows = outlook_[row].from_rows;
+    if (!joints_.empty() && joints_.bodies.owns(row)) {
+      finish_jointed(row);
+      watch.finish(FastFlight::joined);
+    } else if (!ledger_[row].pushed && !from_rows) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
+      watch.finish(FastFlight::free);
     } else {
       finish_body(row);
+      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
     }
   }
 }
@@ -617,8 +688,8 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   Bodies& bodies = *step_->bodies;
   const std::uint32_t flags = bodies.flags[index];
-  BodyPose& pose = bodies.pose[index];
-  BodyMotion& motion = bodies.motion[index];
+  const BodyPose& pose = bodies.pose[index];
+  const BodyMotion& motion = bodies.motion[index];
   const BodyMass& mass = bodies.mass[index];
   const Ledger& ledger = ledger_[row];
   const Outlook& outlook = outlook_[row];
@@ -669,14 +740,14 @@ void GroupSolver::finish_body(std::uint32_t row) {
     after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
   }
 
-  if (is_finite(next.center) && next.orientation.coeffs().allFinite() && is_finite(after.linear) &&
-      is_finite(after.angular) && is_finite(after.angular_momentum)) {
-    pose = next;
-    motion = after;
-  } else {
-    motion = BodyMotion{};
-    bodies.flags[index] = flags | kQuarantined;
-  }
+  accept(bodies, index, next, after);
+}
+
+void GroupSolver::finish_jointed(std::uint32_t row) {
+  BodyPose next;
+  BodyMotion after;
+  joints_.bodies.result(*step_->bodies, row, body_[row], next, after);
+  accept(*step_->bodies, body_[row], next, after);
 }
 
 }  // namespace skerry::solver

@@ -37,6 +37,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     prepare,
     prepare_joints,
     integrate_velocities,
+    integrate_and_repeat,
     warm_start,
     warm_start_joints,
     solve,
@@ -47,12 +48,15 @@ class GroupSolver final : public jobs::PhaseProgram {
     restitute,
     store,
     store_joints,
+    close_velocities,
+    close_joints,
     finish,
   };
   struct Phase {
     Op op;
-    std::uint32_t first;  // chunk of contacts
+    std::uint32_t first;  // chunk of contacts or joints
     std::uint32_t blocks;
+    std::uint32_t substep;
     bool books = true;  // see ContactPass
   };
   // Consecutive lane blocks of one colour and kind.
@@ -73,7 +77,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     Vec3 linear;            // m/s after external forces
     Vec3 angular_momentum;  // likewise
     float smooth_change;    // m/s: a velocity change up to this is a force's work, not an impact
-    bool from_rows;         // joints or damping: contacts alone do not account for the motion
+    bool from_rows;         // damping: contacts alone do not account for the motion
   };
   struct Contact {
     double offset[3];  // m, centre of b from centre of a
@@ -111,9 +115,12 @@ class GroupSolver final : public jobs::PhaseProgram {
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
-  void run_joints(Op op);
+  void add_joint_colours(Op op);
+  void run_joints(const Phase& phase, std::uint32_t block);
+  void integrate_velocities(std::uint32_t begin, std::uint32_t end, std::uint32_t substep);
+  void integrate_positions(std::uint32_t begin, std::uint32_t end);
+  void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
-  SolverBodies rows();
 
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
@@ -122,10 +129,10 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  bool has_bounces_ = false;
+  bool has_bounces_ = false, has_locks_ = false;
   float carry_part_ = 0;  // of the way to the present load that Manifold::carried_impulse goes
 
-  std::vector<VelocityRow> velocity_, start_;
+  std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;
   std::vector<MassRow> mass_;
   std::vector<BaseRow> base_;
@@ -146,11 +153,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> colour_chunks_;  // [(effort, colour) + 1] first chunk
   std::vector<Memory> memory_;
+  std::byte* block_memory() { return reinterpret_cast<std::byte*>(memory_.data()); }
   std::vector<Phase> phases_;
 
   JointBatch joints_;
-  std::uint32_t first_joint_ = 0, joint_count_ = 0;
-  std::vector<std::uint32_t> row_of_body_;  // [body rows], 0 where not in this group
+  std::uint32_t substep_ = 0;  // that phases are being listed for
 };
 
 }  // namespace skerry::solver

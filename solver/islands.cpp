@@ -25,6 +25,7 @@ enum class Role : std::uint8_t { still, awake, asleep, moving, out };
 
 // What a body is to its partners.
 Role role_of(const Bodies& bodies, BodyIndex body) {
+  if (body == kNone) return Role::still;  // the world, to joints
   const std::uint32_t flags = bodies.flags[body];
   if (flags & kQuarantined || !(flags & kAlive)) return Role::out;
   if (flags & kDynamic) return flags & kAwake ? Role::awake : Role::asleep;
@@ -247,6 +248,7 @@ class IslandBuilder {
     scratch_.groups.clear();
     IslandGroup open = {GroupKind::packed, 0, 0};
     std::uint64_t open_cost = 0;
+    bool open_jointed = false;
     const auto close = [&] {
       if (open.count > 0) scratch_.groups.push_back({open, open_cost});
       open_cost = 0;
@@ -259,7 +261,10 @@ class IslandBuilder {
         scratch_.groups.push_back({{GroupKind::wide, i, 1}, cost});
         continue;
       }
-      if (open_cost + cost > kGroupBytes) close();
+      // Islands with joints are warm started in another way: never in one group with the others.
+      const bool jointed = islands_.islands[i].joint_count > 0;
+      if (open_cost + cost > kGroupBytes || jointed != open_jointed) close();
+      open_jointed = jointed;
       if (open.count == 0) open.first = i;
       ++open.count;
       open_cost += cost;

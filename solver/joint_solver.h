@@ -1,61 +1,116 @@
-// Joints of one island group, solved as soft constraints within the substep loop of solve_islands.
+// Joints of one island group over the substeps of a step.
 //
-//   Maths    Rows J v + bias = 0; those of a joint are solved as one block (3 for a ball, 5 for a
-//            hinge) with the effective mass of the present poses; motor and limits one by one
-//            before it. Soft constraints and the relax pass: Catto, "Soft Constraints" (GDC 2011)
-//            and "Solver2D" (2024).
-//   Numbers  Anchors are relative to the centres of mass and the error at the start of the step is
-//            taken in double, so accuracy does not depend on the distance from the origin. A
-//            direction in which locks leave no motion is left out of the block.
-//   Order    As given to prepare(); warm_start, solve and relax go over it from front to back.
+//   Kinds    Clusters of joints whose locks form trees are solved at once and exactly
+//            (solver/joint_tree.h). Clusters with loops are solved joint by joint as soft constraints
+//            with a relax pass (Catto, "Soft Constraints", GDC 2011; "Solver2D", 2024), coloured so
+//            that those of a colour share no body that can move. Axes (limits, motors, springs,
+//            friction) are solved joint by joint in both.
+//   Numbers  All in double, at the poses of each substep (solver/joint_bodies.h).
+//   Order    Chunks: trees first, then colour by colour; within a chunk front to back. What a joint
+//            meets depends on its own island alone.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "core/joints_data.h"
 #include "core/step_context.h"
-#include "solver/solver_body.h"
+#include "solver/colouring.h"
+#include "solver/joint_bodies.h"
+#include "solver/joint_constraint.h"
+#include "solver/joint_tree.h"
 
 namespace skerry::solver {
 
-// A joint with everything the substeps need; lives in a worker's scratch for one group.
-struct JointConstraint;
+// What is done with a chunk of joints. Each substep: kick the bodies, warm_start, solve, drift, relax;
+// after the last one smooth bodies are kicked once more and closed.
+enum class JointOp : std::uint8_t { prepare, warm_start, solve, relax, close, store };
 
-// Buffer of constraints, reused from group to group. In each substep: integrate velocities,
-// warm_start, solve with bias, integrate poses, solve without bias. Velocity rows of dynamic bodies
-// are written, never row 0 nor one without inverse mass.
 class JointBatch {
  public:
-  JointBatch();
-  ~JointBatch();
-  JointBatch(JointBatch&&) noexcept;
-  JointBatch& operator=(JointBatch&&) noexcept;
-  // Sets up the given joints (rows of core::Joints) in this order. `row_of` maps a BodyIndex to its
-  // row in `bodies` (0 for fixed bodies; kinematic bodies have rows with inv_mass 0).
-  void prepare(const core::StepContext& step, std::span<const std::uint32_t> joints,
-               const SolverBodies& bodies, const std::uint32_t* row_of, float substep_dt);
-  // Applies the impulses of the last substep at the present poses.
-  void warm_start(const SolverBodies& bodies);
-  // With bias: pulls errors in and works limits, at the poses that warm_start saw. Without: relax
-  // pass, at the present poses.
-  void solve(const SolverBodies& bodies, bool use_bias);
-  void store(const core::StepContext& step);  // impulses back to core::Joints
-  bool empty() const;
+  JointBodies bodies;
+
+  // The joints of the step's islands [first, first + count); row_of(BodyIndex) gives the row in the
+  // group, 0 for bodies that do not move.
+  template <class RowOf>
+  void collect(const core::StepContext& step, std::uint32_t first, std::uint32_t count,
+               RowOf row_of);
+  // Once all rows are known: owned bodies, clusters, colours, chunks of at least `grain` joints.
+  void begin(std::uint32_t first_body, std::uint32_t rows, std::uint32_t dynamic_end,
+             std::uint32_t grain);
+  bool empty() const { return refs_.empty(); }
+
+  // Chunks of one colour may run at once; colours follow each other. Trees are in colour 0.
+  std::uint32_t colours() const { return static_cast<std::uint32_t>(colour_chunks_.size()) - 1; }
+  std::uint32_t first_chunk(std::uint32_t colour) const { return colour_chunks_[colour]; }
+  std::uint32_t chunks() const { return static_cast<std::uint32_t>(chunks_.size()); }
+  // `substep` counts from 0.
+  void run(JointOp op, std::uint32_t substep, std::uint32_t chunk);
+
+  double h() const { return rigid_.h; }  // s, of a substep
+  // Fraction of a substep that smooth bodies are kicked for before this substep, and in the end.
+  static double kick(std::uint32_t substep) { return substep == 0 ? kHalfKick : 1; }
+  static constexpr double kHalfKick = 0.5;
 
  private:
+  struct Chunk {
+    std::uint32_t first, end;  // trees or constraints
+    bool trees;
+  };
+  struct Tree {
+    std::uint32_t first, end;  // constraints
+    bool smooth;
+  };
+  void set_passes();
+  void find_clusters(std::uint32_t dynamic_end);
+  std::uint32_t root_of(std::uint32_t row);
+  void own_bodies(std::uint32_t first_body);
+  void add_trees();
+  void add_loops(std::uint32_t dynamic_end);
+  void find_stiffness();
+  void place_rows();
+  JointArrays arrays() { return {locks_, axes_, bodies}; }
+  void for_constraints(const Chunk& chunk, void (JointBatch::*visit)(std::uint32_t));
+  void prepare(std::uint32_t constraint);
+  void store(std::uint32_t constraint);
+  void run_tree(JointOp op, std::uint32_t substep, const Tree& tree);
+  void run_loop(JointOp op, JointConstraint& c);
+
+  const core::StepContext* step_ = nullptr;
+  JointPass rigid_, soft_;
+  std::uint32_t grain_ = 1, substeps_ = 1, first_island_ = 0, island_count_ = 0;
+  std::vector<JointRef> refs_;  // trees first
+  std::vector<JointRef> loops_;
+  std::vector<std::uint32_t> parent_;   // [rows] union-find
+  std::vector<std::uint8_t> looped_;    // [rows] of cluster roots
+  std::vector<std::uint32_t> closing_;  // rows at which a loop was closed
+  std::vector<Tree> tree_list_;
+  std::vector<std::uint32_t> row_a_, row_b_;  // of loops_
+  Colouring colouring_;
+  std::vector<std::uint32_t> colour_end_;
   std::vector<JointConstraint> constraints_;
-  float inv_dt_ = 0;  // 1/s, of a substep
-  float dt_ = 0;
-  struct Softness {
-    float bias_rate = 0;  // 1/s
-    float mass_scale = 1;
-    float impulse_scale = 0;
-  } soft_;
+  std::vector<JointRow> locks_;
+  std::vector<JointAxisState> axes_;
+  JointTrees trees_;
+  std::vector<Chunk> chunks_;
+  std::vector<std::uint32_t> colour_chunks_;  // [colours + 1]
 };
 
-// Angle of a hinge at the bodies' present poses, rad in (-pi, pi].
-double hinge_angle(const core::Joint& joint, const core::Bodies& bodies);
+template <class RowOf>
+void JointBatch::collect(const core::StepContext& step, std::uint32_t first, std::uint32_t count,
+                         RowOf row_of) {
+  step_ = &step;
+  first_island_ = first;
+  island_count_ = count;
+  refs_.clear();
+  const core::Islands& islands = *step.islands;
+  const core::Island& last = islands.islands[first + count - 1];
+  const std::uint32_t end = last.first_joint + last.joint_count;
+  for (std::uint32_t i = islands.islands[first].first_joint; i < end; ++i) {
+    const core::Joint& joint = step.joints->rows[islands.joints[i]];
+    refs_.push_back({islands.joints[i], row_of(joint.a), row_of(joint.b), joint.lock_count,
+                     static_cast<std::uint32_t>(joint.axes.size()), 0});
+  }
+}
 
 }  // namespace skerry::solver

@@ -1,5 +1,6 @@
 #include "solver/solve_islands.h"
 
+#include "solver/fast_watch.h"
 #include "solver/free_flight.h"
 #include "solver/solver_scratch.h"
 
@@ -17,7 +18,10 @@ void solve_islands(const StepContext& step, IndexRange groups, Task& task) {
     const core::IslandGroup& group = step.islands->groups[i];
     if (group.kind == core::GroupKind::free) {
       for (std::uint32_t k = 0; k < group.count; ++k) {
-        fly_free(step, step.islands->free_bodies[group.first + k]);
+        const core::BodyIndex body = step.islands->free_bodies[group.first + k];
+        FastWatch watch(step, body);
+        fly_free(step, body);
+        watch.finish(core::FastFlight::free);
       }
       continue;
     }

@@ -1,6 +1,7 @@
 #include "apps/measure/machine.h"
 
 #include <sched.h>
+#include <sys/utsname.h>
 #include <fstream>
 #include <thread>
 
@@ -37,10 +38,23 @@ std::string simd_name() {
 #endif
 }
 
+std::string system_name() {
+  utsname name = {};
+  if (uname(&name) != 0) return "unknown";
+  std::string text = std::string(name.sysname) + " " + name.release;
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (!line.starts_with("flags")) continue;
+    if (line.find(" hypervisor") != std::string::npos) text += ", virtual machine";
+    break;
+  }
+  return text;
+}
+
 }  // namespace
 
 Machine this_machine() {
-  return {cpu_name(),         allowed_cores(),    simd_name(), build_info::kCompiler,
+  return {cpu_name(),         allowed_cores(),    simd_name(), system_name(), build_info::kCompiler,
           build_info::kFlags, build_info::kCommit};
 }
 

@@ -9,6 +9,7 @@ struct Machine {
   std::string cpu;       // model name
   int cores = 0;         // that the process may use
   std::string simd;      // widest instruction set of the processor that we have kernels for
+  std::string system;    // kernel, and the hypervisor if there is one
   std::string compiler;  // "GNU 12.2.0"
   std::string flags;
   std::string commit;

@@ -31,7 +31,9 @@ class Recorder {
     }
     if (options_.keep_tasks) {
       const auto tasks = world.last_tasks();
-      result_.tasks.push_back({report.step, {tasks.begin(), tasks.end()}});
+      const auto step_ns = static_cast<std::int64_t>(1e6 * report.step_ms);
+      result_.tasks.push_back(
+          {report.step, report.begin_ns, report.begin_ns + step_ns, {tasks.begin(), tasks.end()}});
     }
   }
 

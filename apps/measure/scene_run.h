@@ -30,6 +30,7 @@ struct StageMean {
 
 struct StepTasks {
   std::uint64_t step = 0;
+  std::int64_t begin_ns = 0, end_ns = 0;  // of the step; monotonic clock
   std::vector<jobs::TaskRecord> tasks;
 };
 

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 
 #include <skerry/skerry.h>
 
+#include "apps/measure/strategy.h"
 #include "scenes/scene.h"
 
 namespace skerry::measure {
@@ -17,17 +19,17 @@ inline constexpr std::array kAllModes = {ThreadingMode::serial, ThreadingMode::d
 
 bool is_dedicated(ThreadingMode mode);
 
-// Threads that run the step: 1 in the modes that have no workers, else the number asked for, or the
-// automatic one for 0.
-int effective_workers(ThreadingMode mode, int workers);
-
 class Session {
  public:
   Session(const scenes::SceneDesc& scene, const WorldSettings& settings, double dt);
+  // On the strategy's scheduler.
+  Session(const scenes::SceneDesc& scene, const WorldSettings& base, double dt,
+          const Strategy& strategy);
 
   // The events of the next step, then that step: on the dedicated thread where the mode has one, on
   // the caller otherwise.
   StepReport advance();
+  void advance_to(std::uint64_t step);  // no further than it is if it is there or beyond
   // `advance` in two halves, with the caller free in between.
   PendingStep begin();
   StepReport end(PendingStep& pending) { return world_.end_step(pending); }
@@ -53,6 +55,8 @@ struct Watcher {
   void report(double share, const std::string& what) const {
     if (progress) progress(share, what);
   }
+  // The same for a part that goes from `begin` to `end` of this one's way.
+  Watcher part(double begin, double end) const;
 };
 
 }  // namespace skerry::measure

@@ -2,9 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <random>
 
 namespace skerry::measure {
+namespace {
+
+constexpr int kResamples = 1000;
+constexpr std::size_t kRun = 5;  // neighbours that are drawn together
+constexpr std::uint64_t kSeed = 20240607;
+
+// std::uniform_int_distribution differs between libraries.
+std::size_t draw(std::mt19937_64& random, std::size_t below) {
+  return static_cast<std::size_t>(random() % below);
+}
+
+Estimate interval(double value, std::vector<double>& resampled) {
+  std::sort(resampled.begin(), resampled.end());
+  return {value, percentile(resampled, 0.025), percentile(resampled, 0.975)};
+}
+
+void append_runs(const std::vector<double>& from, std::mt19937_64& random,
+                 std::vector<double>& to) {
+  for (std::size_t taken = 0; taken < from.size(); taken += kRun) {
+    const std::size_t first = draw(random, from.size());
+    const std::size_t count = std::min(kRun, from.size() - taken);
+    for (std::size_t i = 0; i < count; ++i) to.push_back(from[(first + i) % from.size()]);
+  }
+}
+
+}  // namespace
 
 double mean(std::span<const double> values) {
   if (values.empty()) return 0;
@@ -34,6 +62,55 @@ Summary summarize(std::vector<double> values) {
           percentile(values, 0.95),
           percentile(values, 0.99),
           values.back()};
+}
+
+bool overlap(const Estimate& a, const Estimate& b) { return a.low <= b.high && b.low <= a.high; }
+
+std::vector<double> pooled(const Repetitions& repetitions) {
+  std::vector<double> all;
+  for (const auto& values : repetitions) all.insert(all.end(), values.begin(), values.end());
+  return all;
+}
+
+Estimate bootstrap(const Repetitions& repetitions, const Statistic& statistic) {
+  std::vector<double> values = pooled(repetitions);
+  if (values.empty()) return {};
+  const double value = statistic(values);
+  std::mt19937_64 random(kSeed);
+  std::vector<double> resampled(kResamples);
+  for (double& result : resampled) {
+    values.clear();
+    for (std::size_t i = 0; i < repetitions.size(); ++i) {
+      append_runs(repetitions[draw(random, repetitions.size())], random, values);
+    }
+    result = values.empty() ? value : statistic(values);
+  }
+  return interval(value, resampled);
+}
+
+Estimate bootstrap_percentile(const Repetitions& repetitions, double q) {
+  return bootstrap(repetitions, [q](std::vector<double>& values) {
+    std::sort(values.begin(), values.end());
+    return percentile(values, q);
+  });
+}
+
+Estimate bootstrap_median(const std::vector<double>& per_repetition) {
+  if (per_repetition.empty()) return {};
+  std::mt19937_64 random(kSeed);
+  std::vector<double> resampled(kResamples);
+  std::vector<double> values(per_repetition.size());
+  for (double& result : resampled) {
+    for (double& value : values) value = per_repetition[draw(random, per_repetition.size())];
+    result = median(values);
+  }
+  return interval(median(per_repetition), resampled);
+}
+
+double karp_flatt(double speed_up, int workers) {
+  if (workers < 2 || speed_up <= 0) return 0;
+  const double p = workers;
+  return (1 / speed_up - 1 / p) / (1 - 1 / p);
 }
 
 }  // namespace skerry::measure

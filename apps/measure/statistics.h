@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -18,5 +19,31 @@ Summary summarize(std::vector<double> values);
 double percentile(std::span<const double> ascending, double q);
 double median(std::vector<double> values);
 double mean(std::span<const double> values);
+
+// A figure with its 95 % confidence interval.
+struct Estimate {
+  double value = 0, low = 0, high = 0;
+};
+bool overlap(const Estimate& a, const Estimate& b);
+
+// What was measured in each repetition. Values of one repetition are neighbours in time and may
+// depend on each other; repetitions are taken as independent.
+using Repetitions = std::vector<std::vector<double>>;
+using Statistic = std::function<double(std::vector<double>&)>;  // may reorder its argument
+
+std::vector<double> pooled(const Repetitions& repetitions);
+
+// The statistic of all values, and a percentile bootstrap in two stages (Davison and Hinkley,
+// "Bootstrap Methods and their Application", 1997, 3.8): repetitions are drawn with replacement, and
+// in each drawn one short runs of neighbouring values. The generator starts from a fixed seed: the
+// same values give the same interval.
+Estimate bootstrap(const Repetitions& repetitions, const Statistic& statistic);
+Estimate bootstrap_percentile(const Repetitions& repetitions, double q);
+// Of one figure per repetition: repetitions alone are drawn.
+Estimate bootstrap_median(const std::vector<double>& per_repetition);
+
+// The serial share of the work that explains the speed-up S on p workers (Karp and Flatt, CACM 33,
+// 1990): (1/S - 1/p) / (1 - 1/p). 0 for one worker; below 0 for a speed-up above p.
+double karp_flatt(double speed_up, int workers);
 
 }  // namespace skerry::measure

@@ -1,6 +1,7 @@
 #include "apps/measure/verdict.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "apps/measure/compare.h"
@@ -10,12 +11,18 @@ namespace {
 
 // A frame rate is held if at most 1 frame in 50 ends late: fewer cannot be told from noise.
 constexpr double kMissedAllowed = 0.02;
-// Differences below this are not worth a sentence.
-constexpr double kNoise = 0.05;
+// Differences below this are not worth a claim, however sure they are.
+constexpr double kLeast = 0.03;
 
 std::string number(double value, int digits) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.*f", digits, value);
+  return buffer;
+}
+
+std::string load_text(double host_ms) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g ms", host_ms);
   return buffer;
 }
 
@@ -28,77 +35,235 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
+bool told_apart(const Estimate& a, const Estimate& b) {
+  return !overlap(a, b) && std::abs(a.value - b.value) > kLeast * std::min(a.value, b.value);
+}
+
+// ---- steps
+
 std::string about_hashes(const SceneComparison& comparison) {
   for (const ThroughputRow& row : comparison.throughput) {
-    if (!row.first_difference) continue;
-    return std::string(to_string(row.mode)) + " DIFFERS from serial, first at step " +
-           std::to_string(*row.first_difference) + ": its figures do not count.";
+    if (!row.difference) continue;
+    return row.strategy.label + " DIFFERS from serial, first at step " +
+           std::to_string(row.difference->step) + " (" + row.difference->where +
+           "): its figures do not count.";
   }
-  if (!comparison.frame_differences.empty()) {
-    return std::string(to_string(comparison.frame_differences.front())) +
-           " DIFFERS from serial after the frame loop: its figures do not count.";
+  if (comparison.frame_difference) {
+    return comparison.frame_difference_row +
+           " DIFFERS from serial in the frame loop, seen at step " +
+           std::to_string(comparison.frame_difference->step) + " (" +
+           comparison.frame_difference->where + "): its figures do not count.";
   }
-  return "All modes made the same bits at every step.";
+  return "All rows made the same bits at every step.";
+}
+
+const ThroughputRow* fastest(const SceneComparison& comparison, bool others) {
+  const ThroughputRow* best = nullptr;
+  for (const ThroughputRow& row : comparison.throughput) {
+    const bool other = row.strategy.scheduler != schedulers::OtherScheduler::none;
+    if (other == others && (!best || row.speed_up.value > best->speed_up.value)) best = &row;
+  }
+  return best;
 }
 
 std::string about_throughput(const SceneComparison& comparison) {
-  const auto best = std::max_element(
-      comparison.throughput.begin(), comparison.throughput.end(),
-      [](const ThroughputRow& a, const ThroughputRow& b) { return a.speed_up < b.speed_up; });
-  if (best->speed_up < 1 + kNoise)
-    return "No mode steps faster than serial: more threads do not pay here.";
-  return std::string(to_string(best->mode)) + " steps fastest: " + number(best->speed_up, 2) +
-         " times serial with " + std::to_string(best->workers) + " workers.";
-}
-
-bool holds_rate(const FrameRow& row) {
-  const auto frames = static_cast<double>(row.samples.frames());
-  return frames > 0 && static_cast<double>(row.samples.missed) <= kMissedAllowed * frames;
-}
-
-std::string about_frames(const SceneComparison& comparison, double host_ms) {
-  std::vector<std::string> holding;
-  const FrameRow* smoothest = nullptr;
-  const FrameRow* freshest = nullptr;
-  double best_p99 = 0;
-  double best_age = 0;
-  std::size_t rows = 0;
-  for (const FrameRow& row : comparison.frames) {
-    if (row.host_ms != host_ms) continue;
-    ++rows;
-    if (!holds_rate(row)) continue;
-    holding.emplace_back(to_string(row.mode));
-    const double p99 = summarize(row.samples.latency_ms).p99;
-    const double age = median(row.samples.state_age_ms);
-    if (!smoothest || p99 < best_p99) smoothest = &row, best_p99 = p99;
-    if (!freshest || age < best_age) freshest = &row, best_age = age;
+  const ThroughputRow& best = *fastest(comparison, false);
+  if (best.speed_up.low < 1 + kLeast) {
+    return "No mode steps faster than serial beyond noise: more threads do not pay here.";
   }
-  if (rows == 0) return "";
-  std::string text =
-      "With " + number(host_ms, host_ms < 1 && host_ms > 0 ? 1 : 0) + " ms of host work ";
-  if (holding.empty()) return text + "no mode holds " + number(1 / comparison.dt, 0) + " Hz.";
-  text +=
-      (holding.size() == rows ? "every mode holds "
-                              : joined(holding) + " hold" + (holding.size() == 1 ? "s " : " ")) +
-      number(1 / comparison.dt, 0) + " Hz; shortest frames: " + to_string(smoothest->mode) +
-      " (p99 " + number(best_p99, 1) + " ms), freshest picture: " + to_string(freshest->mode) +
-      " (" + number(best_age, 1) + " ms old).";
-  return text;
+  std::vector<std::string> names = {best.strategy.label};
+  for (const ThroughputRow& row : comparison.throughput) {
+    const bool own = row.strategy.scheduler == schedulers::OtherScheduler::none;
+    if (own && &row != &best && !told_apart(row.speed_up, best.speed_up)) {
+      names.push_back(row.strategy.label);
+    }
+  }
+  std::string text = names.size() == 1 ? names[0] + " steps fastest: "
+                                       : joined(names) + " step fastest and cannot be told apart: ";
+  text += number(best.speed_up.value, 2) + " times serial (95 % interval " +
+          number(best.speed_up.low, 2) + " to " + number(best.speed_up.high, 2) + ") with " +
+          std::to_string(best.strategy.workers) + " workers";
+  const double allowed = comparison.bound.speed_up(best.strategy.workers);
+  if (comparison.bound.work_ms > 0) text += "; the task graph allows " + number(allowed, 2);
+  return text + ".";
+}
+
+std::string about_schedulers(const SceneComparison& comparison) {
+  const ThroughputRow* other = fastest(comparison, true);
+  if (!other) return "";
+  const ThroughputRow& own = *fastest(comparison, false);
+  const double ratio = own.speed_up.value / other->speed_up.value;
+  if (!told_apart(own.speed_up, other->speed_up)) {
+    return "Our schedulers and the best of the others (" + other->strategy.label +
+           ") cannot be told apart.";
+  }
+  return ratio > 1 ? "Of the other schedulers the best, " + other->strategy.label + ", takes " +
+                         number(100 * (ratio - 1), 0) + " % longer per step than " +
+                         own.strategy.label + "."
+                   : other->strategy.label + " takes " + number(100 * (1 - ratio), 0) +
+                         " % less per step than " + own.strategy.label + ".";
+}
+
+// ---- frames
+
+struct Judged {
+  const FrameRow* row;
+  Estimate frame, input;  // p95
+};
+
+std::vector<Judged> judged(const SceneComparison& comparison, double host_ms) {
+  std::vector<Judged> rows;
+  for (const FrameRow& row : comparison.frames) {
+    if (row.host_ms != host_ms || row.frames() == 0) continue;
+    rows.push_back({&row, bootstrap_percentile(row.values(&FrameSamples::latency_ms), 0.95),
+                    bootstrap_percentile(row.values(&FrameSamples::input_ms), 0.95)});
+  }
+  return rows;
+}
+
+template <class Figure>
+const Judged& least_of(const std::vector<Judged>& rows, const Figure& figure) {
+  return *std::min_element(rows.begin(), rows.end(),
+                           [&](const Judged& a, const Judged& b) { return figure(a) < figure(b); });
+}
+
+LoadVerdict judge(const SceneComparison& comparison, double host_ms) {
+  LoadVerdict verdict = {.host_ms = host_ms};
+  const std::vector<Judged> all = judged(comparison, host_ms);
+  verdict.modes = all.size();
+  if (all.empty()) return verdict;
+  std::vector<Judged> rows;
+  for (const Judged& row : all) {
+    if (!holds_rate(*row.row)) continue;
+    rows.push_back(row);
+    verdict.holding.push_back(row.row->strategy.label);
+  }
+  if (rows.empty()) {
+    const Judged& least = least_of(all, [](const Judged& j) { return j.row->missed_share(); });
+    verdict.best = {least.row->strategy.label};
+    verdict.input_ms = least.input.value;
+    verdict.best_frame_ms = least.frame.value;
+    return verdict;
+  }
+  std::sort(rows.begin(), rows.end(),
+            [](const Judged& a, const Judged& b) { return a.input.value < b.input.value; });
+  const Judged& best = rows.front();
+  for (const Judged& row : rows) {
+    if (!told_apart(row.input, best.input)) verdict.best.push_back(row.row->strategy.label);
+  }
+  verdict.input_ms = best.input.value;
+  verdict.best_frame_ms = best.frame.value;
+  const Judged& shortest = least_of(rows, [](const Judged& j) { return j.frame.value; });
+  if (&shortest != &best && told_apart(shortest.frame, best.frame)) {
+    verdict.shortest = shortest.row->strategy.label;
+    verdict.shortest_frame_ms = shortest.frame.value;
+    verdict.shortest_input_ms = shortest.input.value;
+  }
+  return verdict;
+}
+
+std::string holders(const LoadVerdict& verdict, const std::string& rate) {
+  if (verdict.holding.size() == verdict.modes) return "every mode holds " + rate;
+  return joined(verdict.holding) + (verdict.holding.size() == 1 ? " alone holds " : " hold ") +
+         rate;
+}
+
+std::string sentence(const LoadVerdict& verdict, const std::string& rate) {
+  std::string text = "With " + load_text(verdict.host_ms) + " of host work ";
+  if (verdict.holding.empty()) {
+    return text + "no mode holds " + rate + "; " + verdict.best.front() + " misses least.";
+  }
+  text += holders(verdict, rate) + ". Use " + verdict.best.front();
+  if (verdict.best.size() > 1) {
+    const std::vector<std::string> rest(verdict.best.begin() + 1, verdict.best.end());
+    text += " (or " + joined(rest) + ": not told apart)";
+  }
+  text += ": input is visible after " + number(verdict.input_ms, 1) + " ms (p95)";
+  if (verdict.shortest) {
+    text += ". If the main thread needs the time: " + *verdict.shortest + " ends its frames in " +
+            number(verdict.shortest_frame_ms, 1) + " ms instead of " +
+            number(verdict.best_frame_ms, 1) + ", and shows input after " +
+            number(verdict.shortest_input_ms, 1) + " ms";
+  }
+  return text + ".";
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Where a mode stops holding the rate, and where the mode to use changes.
+std::vector<std::string> crossovers(const std::vector<LoadVerdict>& verdicts,
+                                    const std::string& rate) {
+  std::vector<std::string> sentences;
+  for (std::size_t i = 0; i + 1 < verdicts.size(); ++i) {
+    const LoadVerdict& low = verdicts[i];
+    const LoadVerdict& high = verdicts[i + 1];
+    if (low.best.empty() || high.best.empty()) continue;
+    const std::string between =
+        "Between " + load_text(low.host_ms) + " and " + load_text(high.host_ms) + " ";
+    std::vector<std::string> lost;
+    for (const std::string& name : low.holding) {
+      if (!contains(high.holding, name)) lost.push_back(name);
+    }
+    if (!lost.empty()) {
+      sentences.push_back(between + joined(lost) + (lost.size() == 1 ? " stops" : " stop") +
+                          " holding " + rate + ".");
+    }
+    const bool changed =
+        std::none_of(high.best.begin(), high.best.end(),
+                     [&](const std::string& name) { return contains(low.best, name); });
+    if (changed && !high.holding.empty()) {
+      sentences.push_back(between + "the choice changes from " + low.best.front() + " to " +
+                          high.best.front() + ".");
+    }
+  }
+  return sentences;
+}
+
+std::string about_noise(const SceneComparison& comparison) {
+  const RepetitionCount& steps = comparison.throughput_reps;
+  const RepetitionCount& frames = comparison.frame_reps;
+  const int disturbed = steps.disturbed + frames.disturbed;
+  if (disturbed == 0) return "";
+  const bool kept = steps.counted + frames.counted > steps.made + frames.made - disturbed;
+  return std::to_string(disturbed) + " of " + std::to_string(steps.made + frames.made) +
+         (disturbed == 1 ? " repetitions was" : " repetitions were") +
+         " disturbed by other programs or the hypervisor; " +
+         (kept ? "too few quiet ones are left to do without them: take the figures with care."
+               : "left out.");
 }
 
 }  // namespace
 
-std::vector<std::string> verdict_of(const SceneComparison& comparison) {
-  std::vector<std::string> sentences;
-  if (comparison.reps == 0) return {"Stopped before one repetition was complete."};
-  sentences.push_back(about_hashes(comparison));
-  sentences.push_back(about_throughput(comparison));
+bool holds_rate(const FrameRow& row) {
+  return row.frames() > 0 && !row.gave_up && row.missed_share() <= kMissedAllowed;
+}
+
+std::vector<LoadVerdict> load_verdicts(const SceneComparison& comparison) {
   std::vector<double> loads;
   for (const FrameRow& row : comparison.frames) {
     if (std::find(loads.begin(), loads.end(), row.host_ms) == loads.end())
       loads.push_back(row.host_ms);
   }
-  for (const double host_ms : loads) sentences.push_back(about_frames(comparison, host_ms));
+  std::sort(loads.begin(), loads.end());
+  std::vector<LoadVerdict> verdicts;
+  for (const double load : loads) verdicts.push_back(judge(comparison, load));
+  return verdicts;
+}
+
+std::vector<std::string> verdict_of(const SceneComparison& comparison) {
+  if (comparison.throughput_reps.made == 0) return {"Stopped before one repetition was complete."};
+  const std::string rate = number(1 / comparison.dt, 0) + " Hz";
+  std::vector<std::string> sentences = {about_hashes(comparison), about_throughput(comparison),
+                                        about_schedulers(comparison)};
+  const std::vector<LoadVerdict> verdicts = load_verdicts(comparison);
+  for (const LoadVerdict& verdict : verdicts) {
+    if (verdict.modes > 0) sentences.push_back(sentence(verdict, rate));
+  }
+  for (const std::string& text : crossovers(verdicts, rate)) sentences.push_back(text);
+  sentences.push_back(about_noise(comparison));
+  std::erase(sentences, "");
   return sentences;
 }
 

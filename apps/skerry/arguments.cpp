@@ -13,6 +13,19 @@
 #include "scenes/near_names.h"
 
 namespace skerry::app {
+namespace {
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    parts.push_back(list.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+}  // namespace
 
 ThreadingMode parse_mode(const std::string& name) {
   std::vector<std::string> names;
@@ -26,10 +39,39 @@ ThreadingMode parse_mode(const std::string& name) {
                  scenes::did_you_mean(name, names));
 }
 
-Affinity parse_affinity(const std::string& name) {
-  if (name == "none") return Affinity::none;
-  if (name == "spread") return Affinity::spread;
-  throw BadInput("--affinity: must be none or spread, got '" + name + "'");
+std::vector<Affinity> parse_affinities(const std::string& list) {
+  std::vector<Affinity> values;
+  for (const std::string& name : split(list)) {
+    if (name != "none" && name != "spread") {
+      throw BadInput("--affinity: must be none or spread, got '" + name + "'");
+    }
+    values.push_back(name == "none" ? Affinity::none : Affinity::spread);
+  }
+  return values;
+}
+
+measure::HostShape parse_host_shape(const std::string& name) {
+  using measure::HostShape;
+  for (const HostShape shape : {HostShape::serial, HostShape::jobs, HostShape::mixed}) {
+    if (name == to_string(shape)) return shape;
+  }
+  throw BadInput("--host-shape: must be serial, jobs or mixed, got '" + name + "'");
+}
+
+std::vector<int> parse_workers(const std::string& list) {
+  std::vector<int> values;
+  for (const std::string& text : split(list)) {
+    int value = 0;
+    const char* last = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), last, value);
+    if (parsed.ec != std::errc() || parsed.ptr != last || value < 0 || value > kMaxWorkers) {
+      throw BadInput(
+          fmt::format("--workers: must be numbers from 0 to {} with commas between, got '{}'",
+                      kMaxWorkers, list));
+    }
+    values.push_back(value);
+  }
+  return values;
 }
 
 scenes::SceneDesc load(const std::string& name, const std::optional<std::uint64_t>& seed) {
@@ -40,20 +82,19 @@ scenes::SceneDesc load(const std::string& name, const std::optional<std::uint64_
   }
 }
 
-std::vector<double> parse_milliseconds(const std::string& option, const std::string& list) {
+std::vector<double> parse_numbers(const std::string& option, const std::string& list, double most,
+                                  const std::string& unit) {
   std::vector<double> values;
-  for (std::size_t begin = 0; begin <= list.size();) {
-    const std::size_t end = std::min(list.find(',', begin), list.size());
+  for (const std::string& text : split(list)) {
     double value = 0;
-    const char* last = list.data() + end;
-    const auto parsed = std::from_chars(list.data() + begin, last, value);
+    const char* last = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), last, value);
     const bool whole = parsed.ec == std::errc() && parsed.ptr == last;
-    if (!whole || !(value >= 0 && value <= 1000)) {
-      throw BadInput(option + ": must be milliseconds from 0 to 1000 with commas between, got '" +
-                     list + "'");
+    if (!whole || !(value >= 0 && value <= most)) {
+      throw BadInput(fmt::format("{}: must be {} from 0 to {:g} with commas between, got '{}'",
+                                 option, unit, most, list));
     }
     values.push_back(value);
-    begin = end + 1;
   }
   return values;
 }
@@ -77,7 +118,5 @@ void check_writable(const std::string& file) {
   }
   if (!std::ofstream(file, std::ios::app)) throw BadInput("cannot write " + file);
 }
-
-std::string hash_text(std::uint64_t hash) { return fmt::format("0x{:016x}", hash); }
 
 }  // namespace skerry::app

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 namespace skerry::app {
 
@@ -29,7 +30,8 @@ inline CLI::Validator needs_name() {
 
 void add_scenes_command(CLI::App& app, Action& action);
 void add_run_command(CLI::App& app, Action& action);
-void add_compare_command(CLI::App& app, Action& action);
+// The command line goes into result files.
+void add_compare_command(CLI::App& app, Action& action, int argc, char** argv);
 void add_check_command(CLI::App& app, Action& action);
 
 }  // namespace skerry::app

@@ -1,178 +1,229 @@
 // skerry compare: the threading modes side by side.
 #include <fmt/core.h>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <sstream>
 
-#include "apps/measure/machine_load.h"
+#include "apps/measure/host_work.h"
+#include "apps/measure/plan.h"
+#include "apps/measure/process_meter.h"
+#include "apps/measure/scheduling_cost.h"
+#include "apps/measure/verdict.h"
+#include "apps/report/baseline.h"
+#include "apps/report/results.h"
 #include "apps/skerry/arguments.h"
 #include "apps/skerry/commands.h"
-#include "apps/skerry/json_output.h"
+#include "apps/skerry/compare_table.h"
 #include "apps/skerry/terminal.h"
 
 namespace skerry::app {
 namespace {
 
+using report::Json;
+
 struct CompareArguments {
   std::vector<std::string> scenes;
-  int workers = 0;
-  std::string host_ms = "0,2,4,8";
-  int reps = 3;
-  std::uint64_t steps = 60;
-  std::uint64_t frames = 90;
-  std::string affinity = "spread";
-  std::string directory;
+  std::string workers = "0", host_ms = "0,2,4,8,12", host_shape = "serial";
+  std::string spin_us = "50", affinity = "spread", wake_ahead_ms = "0.3";
+  std::optional<int> reps;
+  std::optional<std::uint64_t> steps, frames;
+  double max_seconds = 210;
+  bool quick = false, modes_only = false;
+  std::string directory = "skerry-compare";
+  std::string baseline;
+  double tolerance = 5;
+  std::string command_line;
 };
 
-// One of each kind: nothing to do, many islands, one flat island, one deep island.
-const std::vector<std::string> kDefaultScenes = {"tiny", "islands", "many_pyramids", "box_bricks"};
-
-// More of the machine than this in other hands shows in the figures.
-constexpr double kDisturbing = 0.03;
-
-std::string verdict_word(const measure::ThroughputRow& row) {
-  if (!row.first_difference) return "equal";
-  return fmt::format("DIFFERS from step {}", *row.first_difference);
-}
-
-void print_throughput(const measure::SceneComparison& comparison) {
-  fmt::print("  {:<22} {:>7} {:>9} {:>9} {:>9} {:>12}  {}\n", "mode", "workers", "step p50",
-             "p99 ms", "speed-up", "CPU ms/step", "state");
-  for (const measure::ThroughputRow& row : comparison.throughput) {
-    fmt::print("  {:<22} {:>7} {:>9.3f} {:>9.3f} {:>9.2f} {:>12.3f}  {}\n", to_string(row.mode),
-               row.workers, row.step_ms.p50, row.step_ms.p99, row.speed_up, row.cpu_ms_per_step,
-               verdict_word(row));
-  }
-}
-
-void print_frames(const measure::SceneComparison& comparison) {
-  double host_ms = -1;
-  for (const measure::FrameRow& row : comparison.frames) {
-    if (row.host_ms != host_ms) {
-      host_ms = row.host_ms;
-      fmt::print("  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>12}\n",
-                 fmt::format("{:.0f} Hz, {:g} ms host work", 1 / comparison.dt, host_ms),
-                 "frame p50", "p99 ms", "missed", "age ms", "blocked", "helped", "CPU ms/frame");
-    }
-    const measure::FrameSamples& samples = row.samples;
-    const auto frames = static_cast<double>(std::max<std::size_t>(1, samples.frames()));
-    const measure::Summary latency = measure::summarize(samples.latency_ms);
-    fmt::print("    {:<20} {:>9.2f} {:>9.2f} {:>7.0f} % {:>9.2f} {:>9.2f} {:>9.2f} {:>12.2f}\n",
-               to_string(row.mode), latency.p50, latency.p99,
-               100 * static_cast<double>(samples.missed) / frames,
-               measure::median(samples.state_age_ms), measure::mean(samples.blocked_ms),
-               measure::mean(samples.helped_ms), samples.cpu_ms / frames);
-  }
-}
-
-void print_comparison(const measure::SceneComparison& comparison) {
-  fmt::print(
-      "\n{}: {} bodies, {} contacts, {} islands (largest {}), {} steps after {}, {} "
-      "repetitions, sleeping off\n",
-      comparison.scene, comparison.bodies, comparison.contacts, comparison.islands,
-      comparison.largest_island, comparison.steps, comparison.warmup, comparison.reps);
-  if (comparison.reps > 0) print_throughput(comparison);
-  print_frames(comparison);
-  for (const std::string& sentence : comparison.verdict) fmt::print("  * {}\n", sentence);
-  std::fflush(stdout);
-}
+// One of each kind: nothing to do, a rain into one pile, many islands, one deep island.
+const std::vector<std::string> kDefaultScenes = {"tiny", "sphere_rain", "islands", "box_bricks"};
+// Where settings are varied one at a time, if it is among the scenes; else the first.
+constexpr const char* kSettingsScene = "islands";
+constexpr double kQuickSeconds = 40;
 
 measure::CompareOptions options_of(const CompareArguments& arguments) {
   measure::CompareOptions options;
-  options.workers = arguments.workers;
-  options.host_ms = parse_milliseconds("--host-ms", arguments.host_ms);
-  options.reps = arguments.reps;
-  options.steps = arguments.steps;
-  options.frames = arguments.frames;
-  options.affinity = parse_affinity(arguments.affinity);
+  options.axes.workers = parse_workers(arguments.workers);
+  options.axes.spin_us = parse_numbers("--spin-us", arguments.spin_us, 1e6, "microseconds");
+  options.axes.affinity = parse_affinities(arguments.affinity);
+  options.axes.wake_ahead_ms =
+      parse_numbers("--wake-ahead-ms", arguments.wake_ahead_ms, 2, "milliseconds");
+  options.host_ms = parse_numbers("--host-ms", arguments.host_ms, 1000, "milliseconds");
+  options.host_shape = parse_host_shape(arguments.host_shape);
+  options.other_schedulers = !arguments.modes_only;
+  if (arguments.quick) {
+    options.reps = 3;
+    options.steps = 20;
+    options.frames = 12;
+  }
+  options.reps = arguments.reps.value_or(options.reps);
+  options.steps = arguments.steps.value_or(options.steps);
+  options.frames = arguments.frames.value_or(options.frames);
   return options;
 }
 
-void make_directory(const std::string& directory) {
-  if (directory.empty()) return;
+std::vector<measure::CompareOptions> options_by_scene(
+    const CompareArguments& arguments, const std::vector<scenes::SceneDesc>& scenes) {
+  std::vector<measure::CompareOptions> all(scenes.size(), options_of(arguments));
+  if (arguments.modes_only || arguments.quick) return all;
+  std::size_t chosen = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (scenes[i].name == kSettingsScene) chosen = i;
+  }
+  all[chosen].one_at_a_time = true;
+  return all;
+}
+
+std::filesystem::path make_directory(const std::string& directory) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (!std::filesystem::is_directory(directory)) {
     throw BadInput("--out: cannot make the directory " + directory);
   }
   check_writable((std::filesystem::path(directory) / "results.json").string());
+  return directory;
 }
 
-Json options_json(const CompareArguments& arguments, const measure::CompareOptions& options) {
-  return {{"workers", options.workers},     {"host_ms", options.host_ms},
-          {"reps", options.reps},           {"steps", options.steps},
-          {"warmup", options.warmup},       {"frames", options.frames},
-          {"affinity", arguments.affinity}, {"spin_us", options.wait.spin_us},
-          {"sleep", options.sleep}};
+Json read_baseline(const std::string& file) {
+  if (file.empty()) return nullptr;
+  std::ifstream input(file);
+  if (!input) throw BadInput("--baseline: cannot read " + file);
+  std::ostringstream text;
+  text << input.rdbuf();
+  Json json = Json::parse(text.str(), nullptr, false);
+  if (json.is_discarded()) throw BadInput("--baseline: " + file + " is not JSON");
+  try {
+    report::compare_with_baseline(json, json, 0);
+  } catch (const std::exception& error) {
+    throw BadInput("--baseline: " + file + ": " + error.what());
+  }
+  return json;
+}
+
+measure::Plan plan_of(const CompareArguments& arguments,
+                      const std::vector<scenes::SceneDesc>& scenes) {
+  const std::vector<measure::CompareOptions> options = options_by_scene(arguments, scenes);
+  std::vector<measure::SceneCost> costs;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    costs.push_back(measure::probe(scenes[i], options[i]));
+  }
+  const measure::Fixed fixed = {.reps = arguments.reps.has_value(),
+                                .steps = arguments.steps.has_value(),
+                                .frames = arguments.frames.has_value()};
+  const double limit_s =
+      arguments.quick ? std::min(kQuickSeconds, arguments.max_seconds) : arguments.max_seconds;
+  return measure::make_plan(costs, options, fixed, limit_s);
+}
+
+// Runs the plan; fills results["scenes"] and says what was found as it goes.
+void run_plan(const measure::Plan& plan, const std::vector<scenes::SceneDesc>& scenes,
+              measure::HostLoad& host, Json& results) {
+  Progress progress;
+  double done_s = 0;
+  for (std::size_t i = 0; i < scenes.size() && !InterruptGuard::interrupted(); ++i) {
+    progress.set_title(fmt::format("{} ({}/{})", scenes[i].name, i + 1, scenes.size()));
+    const measure::Watcher watcher =
+        progress.watcher().part(done_s / plan.total_s, (done_s + plan.seconds[i]) / plan.total_s);
+    const measure::SceneComparison comparison =
+        measure::compare_scene(scenes[i], plan.options[i], host, watcher);
+    done_s += plan.seconds[i];
+    progress.clear();
+    print_comparison(comparison);
+    report::add(results, comparison);
+  }
+}
+
+int print_baseline(const CompareArguments& arguments, const Json& before, const Json& now) {
+  const report::BaselineComparison changes =
+      report::compare_with_baseline(before, now, arguments.tolerance / 100);
+  fmt::print("\nAgainst {} ({}): {} figures compared, {} changed beyond noise\n",
+             arguments.baseline, before.at("machine").at("commit").get<std::string>(),
+             changes.compared, changes.changes.size());
+  if (!changes.same_machine) {
+    fmt::print("  measured on another machine: only speed-ups are compared\n");
+  }
+  for (const report::Change& change : changes.changes) {
+    fmt::print("  {} {}: {:.4g} -> {:.4g} ({:+.0f} %)\n", change.worse ? "WORSE " : "better",
+               change.what, change.before, change.now, 100 * (change.now / change.before - 1));
+  }
+  return changes.regressed() ? kFailedCheck : kOk;
 }
 
 int compare(const CompareArguments& arguments) {
-  const measure::CompareOptions options = options_of(arguments);
   const auto& names = arguments.scenes.empty() ? kDefaultScenes : arguments.scenes;
-  std::vector<scenes::SceneDesc> all;
-  for (const std::string& name : names) all.push_back(load(name));
-  make_directory(arguments.directory);
+  std::vector<scenes::SceneDesc> scenes;
+  for (const std::string& name : names) scenes.push_back(load(name));
+  options_of(arguments);  // complains before anything is written
+  const Json before = read_baseline(arguments.baseline);
+  const std::filesystem::path directory = make_directory(arguments.directory);
 
   const measure::Machine machine = measure::this_machine();
   fmt::print("{}, {} cores, {}, {}, {}\n", machine.cpu, machine.cores, machine.simd,
              machine.compiler, machine.commit);
   const InterruptGuard guard;
-  const measure::MachineLoad load;
+  const std::int64_t begin_ns = measure::now_ns();
   measure::HostWork host;
   host.calibrate();
-  Json results = {{"format", "skerry-compare"},  {"version", 1},
-                  {"machine", to_json(machine)}, {"options", options_json(arguments, options)},
-                  {"interrupted", false},        {"equal", true},
-                  {"scenes", Json::array()}};
-  bool equal = true;
-  for (std::size_t i = 0; i < all.size() && !InterruptGuard::interrupted(); ++i) {
-    measure::SceneComparison comparison;
-    {
-      Progress progress(fmt::format("{} ({}/{})", all[i].name, i + 1, all.size()));
-      comparison = measure::compare_scene(all[i], options, host, progress.watcher());
+  const measure::Plan plan = plan_of(arguments, scenes);
+  fmt::print("about {:.0f} s{}\n", plan.total_s, plan.cut.empty() ? "" : "; " + plan.cut);
+  std::fflush(stdout);
+
+  Json results = report::begin_results(arguments.command_line, plan.options.front());
+  results["cut"] = plan.cut;
+  run_plan(plan, scenes, host, results);
+  if (!InterruptGuard::interrupted()) {
+    for (const auto& cost : measure::scheduling_costs(plan.options.front())) {
+      report::add(results, cost);
     }
-    print_comparison(comparison);
-    equal = equal && comparison.equal();
-    results["scenes"].push_back(to_json(comparison));
   }
   results["interrupted"] = InterruptGuard::interrupted();
-  results["equal"] = equal;
-  results["other_load"] = load.others_share();
-  if (load.others_share() > kDisturbing) {
-    fmt::print(
-        "\nThe machine was not idle: other programs (or the hypervisor) took {:.0f} % of its "
-        "processor time; figures are less certain.\n",
-        100 * load.others_share());
-  }
-  if (!arguments.directory.empty()) {
-    const auto file = (std::filesystem::path(arguments.directory) / "results.json").string();
-    write_text(file, results.dump(2) + "\n");
-    fmt::print("\nwrote {}\n", file);
-  }
-  return equal ? kOk : kFailedCheck;
+  results["seconds"] = 1e-9 * static_cast<double>(measure::now_ns() - begin_ns);
+  const int traces = report::write_files(directory, results);
+  fmt::print("\nwrote {}, results.json and {} traces\n", (directory / "report.html").string(),
+             traces);
+  const int status = before.is_null() ? kOk : print_baseline(arguments, before, results);
+  return results.at("equal").get<bool>() ? status : kFailedCheck;
 }
 
 }  // namespace
 
-void add_compare_command(CLI::App& app, Action& action) {
+void add_compare_command(CLI::App& app, Action& action, int argc, char** argv) {
   CLI::App* command = app.add_subcommand("compare", "The threading modes side by side");
   const auto a = std::make_shared<CompareArguments>();
+  for (int i = 0; i < argc; ++i) a->command_line += (i > 0 ? " " : "") + std::string(argv[i]);
+  const auto text = [&](const char* name, std::string& value, const char* what) {
+    command->add_option(name, value, what)->capture_default_str();
+  };
   command->add_option("SCENE", a->scenes, "Built-in names or files; default: a set of four");
-  command->add_option("--workers", a->workers, "Threads that run the step; 0: automatic")
-      ->check(CLI::Range(0, kMaxWorkers));
-  command->add_option("--host-ms", a->host_ms, "Host work per frame, milliseconds")
+  text("--workers", a->workers, "Threads that run the step, comma between; 0: automatic");
+  text("--host-ms", a->host_ms, "Host work per frame, milliseconds");
+  text("--host-shape", a->host_shape, "Host work as one serial block, as jobs, or mixed");
+  text("--spin-us", a->spin_us, "Wait policy: spinning before a thread blocks, microseconds");
+  text("--affinity", a->affinity, "Where threads run: spread, none, or both with a comma");
+  text("--wake-ahead-ms", a->wake_ahead_ms, "Early wake of workers before a step; 0: none");
+  command->add_option("--reps", a->reps, "Repetitions, rows interleaved; default 5")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--steps", a->steps, "Steps to time per repetition; default 30")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000}));
+  command
+      ->add_option("--frames", a->frames,
+                   "Frames per repetition, mode and host load; default 15; 0: no frame part")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000}));
+  command
+      ->add_option("--max-seconds", a->max_seconds,
+                   "What was not fixed by --reps, --steps and --frames is cut to stay below")
+      ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
-  command->add_option("--reps", a->reps, "Repetitions of the throughput part")
-      ->check(CLI::Range(1, 1000))
+  command->add_flag("--quick", a->quick, "Less of everything, about 40 s");
+  command->add_flag("--modes-only", a->modes_only,
+                    "Without other schedulers and without varied settings");
+  text("--out", a->directory, "Directory for report.html, results.json and traces");
+  command->add_option("--baseline", a->baseline,
+                      "An earlier results.json: say what changed, exit 1 on a regression");
+  command->add_option("--tolerance", a->tolerance, "Change that is never one, percent")
+      ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command->add_option("--steps", a->steps, "Steps to time per repetition")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000}))
-      ->capture_default_str();
-  command->add_option("--frames", a->frames, "Frames per mode and host load; 0: no frame part")
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000}))
-      ->capture_default_str();
-  command->add_option("--affinity", a->affinity, "Where threads run: spread or none")
-      ->capture_default_str();
-  command->add_option("--out", a->directory, "Directory for results.json")->check(needs_name());
   command->callback([a, &action] { action = [a] { return compare(*a); }; });
 }
 

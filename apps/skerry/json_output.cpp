@@ -1,7 +1,8 @@
 #include "apps/skerry/json_output.h"
 
+#include "apps/measure/machine.h"
 #include "apps/measure/process_meter.h"
-#include "apps/skerry/arguments.h"
+#include "apps/measure/statistics.h"
 
 namespace skerry::app {
 namespace {
@@ -12,55 +13,7 @@ Json stages_json(const std::vector<measure::StageMean>& stages) {
   return json;
 }
 
-Json throughput_json(const measure::ThroughputRow& row) {
-  Json json = {{"mode", to_string(row.mode)},
-               {"workers", row.workers},
-               {"step_ms", to_json(row.step_ms)},
-               {"rep_mean_ms", row.rep_ms},
-               {"speed_up", row.speed_up},
-               {"cpu_ms_per_step", row.cpu_ms_per_step},
-               {"allocations_per_step", row.allocations_per_step},
-               {"state_hash", hash_text(row.state_hash)},
-               {"equal", !row.first_difference.has_value()}};
-  json["first_difference"] = row.first_difference ? Json(*row.first_difference) : Json(nullptr);
-  Json stages = Json::object();
-  for (const StageTime& stage : row.stages) {
-    stages[stage.name] = {
-        {"wall_ms", stage.wall_ms}, {"cpu_ms", stage.cpu_ms}, {"tasks", stage.tasks}};
-  }
-  json["last_step_stages"] = std::move(stages);
-  return json;
-}
-
-Json frame_json(const measure::FrameRow& row) {
-  const measure::FrameSamples& samples = row.samples;
-  const double frames = static_cast<double>(std::max<std::size_t>(1, samples.frames()));
-  return {{"mode", to_string(row.mode)},
-          {"host_ms", row.host_ms},
-          {"frames", samples.frames()},
-          {"frame_ms", to_json(measure::summarize(samples.latency_ms))},
-          {"missed", samples.missed},
-          {"state_age_ms", to_json(measure::summarize(samples.state_age_ms))},
-          {"blocked_ms", to_json(measure::summarize(samples.blocked_ms))},
-          {"helped_ms", to_json(measure::summarize(samples.helped_ms))},
-          {"cpu_ms_per_frame", samples.cpu_ms / frames},
-          {"dropped_steps", samples.dropped_steps}};
-}
-
 }  // namespace
-
-Json to_json(const measure::Machine& machine) {
-  return {{"cpu", machine.cpu},           {"cores", machine.cores}, {"simd", machine.simd},
-          {"compiler", machine.compiler}, {"flags", machine.flags}, {"commit", machine.commit}};
-}
-
-Json to_json(const measure::Summary& summary) {
-  return {{"mean", summary.mean},
-          {"p50", summary.p50},
-          {"p95", summary.p95},
-          {"p99", summary.p99},
-          {"max", summary.max}};
-}
 
 Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
   const auto steps = result.step_ms.size();
@@ -68,7 +21,7 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
   const Measures& measures = result.measures;
   Json hashes = Json::array();
   for (const auto& [step, hash] : result.hashes) {
-    hashes.push_back({{"step", step}, {"hash", hash_text(hash)}});
+    hashes.push_back({{"step", step}, {"hash", report::hash_text(hash)}});
   }
   return {{"scene", identity.scene},
           {"mode", to_string(identity.mode)},
@@ -88,12 +41,12 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"islands", result.last.islands},
           {"largest_island", result.last.largest_island},
           {"fallback_pairs", result.last.fallback_pairs},
-          {"step_ms", to_json(measure::summarize(result.step_ms))},
+          {"step_ms", report::to_json(measure::summarize(result.step_ms))},
           {"stages_ms", stages_json(result.stages)},
           {"cpu_ms_per_step", result.cpu_ms * per_step},
           {"peak_rss_mb", measure::peak_rss_mb()},
           {"allocations_per_step", static_cast<double>(result.allocations) * per_step},
-          {"state_hash", hash_text(result.state_hash)},
+          {"state_hash", report::hash_text(result.state_hash)},
           {"hashes", std::move(hashes)},
           {"penetration_mm",
            {{"mean", 1e3 * measures.penetration_mean}, {"max", 1e3 * measures.penetration_max}}},
@@ -103,68 +56,7 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"angular_momentum", measures.angular_momentum},
           {"warnings", result.warnings},
           {"interrupted", result.interrupted},
-          {"machine", to_json(measure::this_machine())}};
-}
-
-Json to_json(const measure::SceneComparison& comparison) {
-  Json json = {{"scene", comparison.scene},
-               {"bodies", comparison.bodies},
-               {"joints", comparison.joints},
-               {"contacts", comparison.contacts},
-               {"islands", comparison.islands},
-               {"largest_island", comparison.largest_island},
-               {"dt", comparison.dt},
-               {"substeps", comparison.substeps},
-               {"warmup", comparison.warmup},
-               {"steps", comparison.steps},
-               {"reps", comparison.reps},
-               {"equal", comparison.equal()},
-               {"throughput", Json::array()},
-               {"frames", Json::array()},
-               {"frame_differences", Json::array()},
-               {"verdict", comparison.verdict}};
-  for (const auto& row : comparison.throughput) json["throughput"].push_back(throughput_json(row));
-  for (const auto& row : comparison.frames) json["frames"].push_back(frame_json(row));
-  for (const ThreadingMode mode : comparison.frame_differences) {
-    json["frame_differences"].push_back(to_string(mode));
-  }
-  return json;
-}
-
-Json to_trace(const RunIdentity& identity, const measure::RunResult& result) {
-  std::int64_t origin = 0;
-  for (const measure::StepTasks& step : result.tasks) {
-    for (const jobs::TaskRecord& task : step.tasks) {
-      if (origin == 0 || task.begin_ns < origin) origin = task.begin_ns;
-    }
-  }
-  const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
-  Json events = Json::array();
-  for (int worker = 0; worker < identity.workers; ++worker) {
-    events.push_back({{"name", "thread_name"},
-                      {"ph", "M"},
-                      {"pid", 1},
-                      {"tid", worker},
-                      {"args", {{"name", "worker " + std::to_string(worker)}}}});
-  }
-  for (const measure::StepTasks& step : result.tasks) {
-    for (const jobs::TaskRecord& task : step.tasks) {
-      events.push_back({{"name", task.name},
-                        {"cat", "step"},
-                        {"ph", "X"},
-                        {"pid", 1},
-                        {"tid", task.worker},
-                        {"ts", us(task.begin_ns - origin)},
-                        {"dur", us(task.end_ns - task.begin_ns)},
-                        {"args",
-                         {{"step", step.step},
-                          {"first_item", task.first_item},
-                          {"item_count", task.item_count}}}});
-    }
-  }
-  return {{"traceEvents", std::move(events)},
-          {"displayTimeUnit", "ms"},
-          {"otherData", {{"scene", identity.scene}, {"mode", to_string(identity.mode)}}}};
+          {"machine", report::to_json(measure::this_machine())}};
 }
 
 }  // namespace skerry::app

@@ -1,21 +1,15 @@
 // Result files: docs/cli.md lists their keys.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include <skerry/snapshot.h>
 #include <skerry/world.h>
 
-#include "apps/measure/compare.h"
-#include "apps/measure/machine.h"
 #include "apps/measure/scene_run.h"
+#include "apps/report/results.h"
 
 namespace skerry::app {
 
-using Json = nlohmann::ordered_json;
-
-Json to_json(const measure::Machine& machine);
-Json to_json(const measure::Summary& summary);
+using report::Json;
 
 struct RunIdentity {
   std::string scene;
@@ -27,8 +21,6 @@ struct RunIdentity {
   bool sleep = true;
 };
 Json to_json(const RunIdentity& identity, const measure::RunResult& result);
-
-Json to_json(const measure::SceneComparison& comparison);
 
 // The trace event format that chrome://tracing and Perfetto read.
 Json to_trace(const RunIdentity& identity, const measure::RunResult& result);

@@ -50,7 +50,7 @@ int run(int argc, char** argv) {
   Action action;
   add_scenes_command(app, action);
   add_run_command(app, action);
-  add_compare_command(app, action);
+  add_compare_command(app, action, argc, argv);
   add_check_command(app, action);
   const std::string unknown = unknown_command(app, argc, argv);
   if (!unknown.empty()) return complain(unknown);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/measure/process_meter.h"
+#include "apps/measure/statistics.h"
 #include "apps/skerry/arguments.h"
 #include "apps/skerry/commands.h"
 #include "apps/skerry/json_output.h"
@@ -79,7 +80,7 @@ void print_summary(const RunIdentity& identity, const measure::RunResult& result
              1e3 * result.measures.penetration_mean, 1e3 * result.measures.penetration_max,
              result.measures.kinetic_energy);
   print_warnings(result.warnings, out);
-  fmt::print(out, "  hash     {}\n", hash_text(result.state_hash));
+  fmt::print(out, "  hash     {}\n", report::hash_text(result.state_hash));
 }
 
 int run_scene_command(const RunArguments& arguments) {

@@ -25,17 +25,27 @@ InterruptGuard::InterruptGuard() { std::signal(SIGINT, on_interrupt); }
 InterruptGuard::~InterruptGuard() { std::signal(SIGINT, SIG_DFL); }
 bool InterruptGuard::interrupted() { return interrupted_flag.load(); }
 
-Progress::Progress(std::string title) : title_(std::move(title)), terminal_(isatty(2) != 0) {}
+Progress::Progress(std::string title)
+    : title_(std::move(title)), terminal_(isatty(2) != 0), begin_ns_(measure::now_ns()) {}
 
-Progress::~Progress() {
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
   if (terminal_ && drawn_ns_ > 0) std::fputs("\r\033[K", stderr);
+}
+
+std::string Progress::time_left(double share) const {
+  if (share < 0.02 || share >= 1) return "";
+  const double elapsed_s = 1e-9 * static_cast<double>(measure::now_ns() - begin_ns_);
+  const auto left = static_cast<int>(elapsed_s * (1 - share) / share + 0.5);
+  return fmt::format(", {}:{:02} left", left / 60, left % 60);
 }
 
 void Progress::draw(double share, const std::string& what) {
   constexpr int kWidth = 30;
   const int full = static_cast<int>(kWidth * share);
-  fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} % {}", title_, std::string(full, '#'),
-             std::string(kWidth - full, '.'), 100 * share, what);
+  fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %{}  {}", title_, std::string(full, '#'),
+             std::string(kWidth - full, '.'), 100 * share, time_left(share), what);
 }
 
 void Progress::show(double share, const std::string& what) {
@@ -50,7 +60,7 @@ void Progress::show(double share, const std::string& what) {
   const int tenths = static_cast<int>(10 * share);
   if (tenths <= tenths_) return;
   tenths_ = tenths;
-  fmt::print(stderr, "{}: {} % ({})\n", title_, 10 * tenths, what);
+  fmt::print(stderr, "{}: {} %{} ({})\n", title_, 10 * tenths, time_left(share), what);
 }
 
 measure::Watcher Progress::watcher() {

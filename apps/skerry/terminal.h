@@ -20,23 +20,27 @@ class InterruptGuard {
 };
 
 // On standard error: a bar that is redrawn ten times a second on a terminal, a line per tenth of the
-// way elsewhere.
+// way elsewhere; with the time left, from the way and the time so far.
 class Progress {
  public:
-  explicit Progress(std::string title);
+  explicit Progress(std::string title = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  void set_title(std::string title) { title_ = std::move(title); }
   void show(double share, const std::string& what);
+  void clear();  // takes the bar away, so that something else can be printed
   // Shows progress and stops at Ctrl-C.
   measure::Watcher watcher();
 
  private:
   void draw(double share, const std::string& what);
+  std::string time_left(double share) const;
 
   std::string title_;
   bool terminal_;
+  std::int64_t begin_ns_;
   std::int64_t drawn_ns_ = 0;
   int tenths_ = 0;
 };

@@ -31,6 +31,12 @@ struct AxisLocks {
   std::array<bool, 3> rotation = {false, false, false};
 };
 
+// Whether a dynamic body is swept along its way in steps in which it moves farther than half the
+// radius of the largest ball inside its thinnest shape. Such a step ends where the body first meets
+// another one; the next step makes the impact, at the speed that the body has there. Sensors and
+// kinematic bodies that are as fast themselves do not stop it. Costs nothing while it is slow.
+enum class ContinuousCollision : std::uint8_t { automatic, never };
+
 struct BodyDesc {
   BodyType type = BodyType::dynamic;
   std::vector<Shape> shapes = {};        // may be empty: then `mass` is needed for a dynamic body
@@ -47,6 +53,7 @@ struct BodyDesc {
   double linear_damping = 0;   // 1/s
   double angular_damping = 0;  // 1/s
   AxisLocks locks = {};
+  ContinuousCollision continuous = ContinuousCollision::automatic;
   bool allow_sleep = true;
   bool awake = true;
   std::uint64_t user_data = 0;

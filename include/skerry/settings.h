@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 
 #include <skerry/jobs/executor.h>
+#include <skerry/step_report.h>
 #include <skerry/types.h>
 
 namespace skerry {
@@ -71,8 +74,13 @@ struct WorldSettings {
   SleepSettings sleep = {};
   Integrator integrator = Integrator::exact;
   BroadphaseKind broadphase = BroadphaseKind::tree;
+  bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
   bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
+  // Called after every step on the thread that made it, the dedicated thread too, with that step's
+  // report and (with record_tasks) its tasks. It may not call the world. What it throws reaches
+  // whoever asked for the step, as from any callback.
+  std::function<void(const StepReport&, std::span<const jobs::TaskRecord>)> after_step = {};
 };
 
 const char* to_string(ThreadingMode mode);

@@ -58,8 +58,23 @@ struct TriangleMesh {
   Vec3 scale = {1, 1, 1};
 };
 
-using ShapeGeometry =
-    std::variant<Sphere, Capsule, Box, Cylinder, Cone, Ellipsoid, ConvexHull, Plane, TriangleMesh>;
+// Heights over a regular grid; +y is up and the front. Sample (column c, row r) lies at
+// (c, heights[r * columns + c], r), each cell is two triangles that meet in its diagonal from (c, r)
+// to (c + 1, r + 1). Cell number r * (columns - 1) + c has the triangles 2 * cell (the side of
+// greater z) and 2 * cell + 1.
+struct HeightFieldData {
+  std::uint32_t columns = 0, rows = 0;   // samples along x and z, at least 2 each
+  std::vector<float> heights;            // [rows * columns]
+  std::vector<std::uint8_t> holes = {};  // [cells] not 0: no surface there; empty: no holes
+};
+// Bodies with a height field must be fixed or kinematic.
+struct HeightField {
+  std::shared_ptr<const HeightFieldData> data;
+  Vec3 scale = {1, 1, 1};  // of sample coordinates; x and z: m between samples
+};
+
+using ShapeGeometry = std::variant<Sphere, Capsule, Box, Cylinder, Cone, Ellipsoid, ConvexHull,
+                                   Plane, TriangleMesh, HeightField>;
 
 // Coulomb friction and Newtonian restitution. A pair combines by sqrt(a*b) for friction and
 // max(a, b) for restitution and rolling resistance.

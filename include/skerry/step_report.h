@@ -14,6 +14,8 @@ struct StageTime {
   double wall_ms = 0;  // first task entered to last task left
   double cpu_ms = 0;   // sum over tasks
   std::uint32_t tasks = 0;
+  // Where the executor can, an item follows its own item of the stage before, with no barrier.
+  bool per_item = false;
 };
 
 struct StepReport {
@@ -23,9 +25,14 @@ struct StepReport {
   double dt = 0;           // s
   double time = 0;         // s, after the step
 
+  std::int64_t begin_ns = 0;  // monotonic clock, when it began; what was posted before is in it
+
   double step_ms = 0;     // wall clock
   double blocked_ms = 0;  // the caller waited with nothing to run
   double helped_ms = 0;   // the caller ran stages
+  // Sum over workers of the time within the step in which they ran nothing: waits at barriers, for
+  // work and for wake-ups. What the caller does between begin_step and end_step counts as idle.
+  double idle_ms = 0;
   std::array<StageTime, kMaxStages> stage_storage = {};
   std::uint32_t stage_count = 0;
   std::span<const StageTime> stages() const { return {stage_storage.data(), stage_count}; }

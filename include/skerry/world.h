@@ -14,6 +14,7 @@
 #include <skerry/forces.h>
 #include <skerry/ids.h>
 #include <skerry/joints.h>
+#include <skerry/queries.h>
 #include <skerry/settings.h>
 #include <skerry/snapshot.h>
 #include <skerry/step_report.h>
@@ -36,7 +37,8 @@ class PendingStep {
 // calls made and their order, never on mode, workers, compiler or machine.
 //
 // Threads: one thread at a time may call, and none while a step is in progress, except post() and
-// latest(), which any thread may call at any time. A call at the wrong time throws UsageError.
+// latest(), which any thread may call at any time, and queries (see there). A call at the wrong time
+// throws UsageError.
 // Errors: bad input throws InputError naming the field and the value; stale ids throw UsageError.
 // Either way the world is unchanged.
 class World {
@@ -80,7 +82,16 @@ class World {
   void remove_joint(JointId joint);
   bool contains(JointId joint) const;
   std::size_t joint_count() const;
-  double hinge_angle(JointId joint) const;  // rad
+  // Where a joint is along a coordinate (b seen from a): m, or rad in (-pi, pi].
+  double joint_position(JointId joint, JointCoordinate coordinate) const;
+  double hinge_angle(JointId joint) const;  // rad: twist of a hinge
+  // Mean load over the last step that its bodies were awake in, by a on b, world: N, and N m about
+  // b's anchor. Motors, springs and friction included.
+  Vec3 joint_force(JointId joint) const;
+  Vec3 joint_torque(JointId joint) const;
+  // Change a coordinate that the joint leaves free; its bodies wake. A rod's length is locked.
+  void set_joint_limits(JointId joint, JointCoordinate coordinate, const JointLimits& limits);
+  void set_joint_drive(JointId joint, JointCoordinate coordinate, const JointDrive& drive);
 
   ForceFieldId add_force_field(ForceField field);
   void remove_force_field(ForceFieldId field);
@@ -110,6 +121,38 @@ class World {
   Snapshot latest(SnapshotView view = SnapshotView::newest);
   std::uint64_t dropped_steps() const;  // steps that BlockPolicy::never left out
 
+  // -- Queries (<skerry/queries.h>) ----------------------------------------------------------------
+  // Any number of threads at once, also while a step is pending or the simulation thread runs: then
+  // they see the last published step. Not beside calls that edit bodies (add, remove, set_pose).
+  // The first query of a world may not come during a step, unless start() began it; from then on a
+  // step copies the poses of the bodies it moved, and the first query after it brings the picture up
+  // to date.
+  QueryView queries() const;  // to ask several questions of one and the same picture
+
+  std::optional<CastHit> ray_cast(const RayCast& ray, const QueryFilter& filter = {}) const;
+  std::vector<CastHit> ray_cast_all(const RayCast& ray, const QueryFilter& filter = {}) const;
+  bool ray_hits(const RayCast& ray, const QueryFilter& filter = {}) const;
+  std::optional<CastHit> shape_cast(const ShapeCast& cast, const QueryFilter& filter = {}) const;
+  std::vector<CastHit> shape_cast_all(const ShapeCast& cast, const QueryFilter& filter = {}) const;
+  std::vector<OverlapHit> overlap(const QueryShape& shape, const Pose& pose,
+                                  const QueryFilter& filter = {}) const;
+  std::optional<ClosestHit> closest(const Vec3& point, double max_distance,
+                                    const QueryFilter& filter = {}) const;
+  std::optional<ClosestHit> closest(const QueryShape& shape, const Pose& pose, double max_distance,
+                                    const QueryFilter& filter = {}) const;
+  std::vector<ClosestHit> closest_all(const Vec3& point, double max_distance,
+                                      const QueryFilter& filter = {}) const;
+  std::vector<ClosestHit> closest_all(const QueryShape& shape, const Pose& pose,
+                                      double max_distance, const QueryFilter& filter = {}) const;
+  std::optional<BodyDistance> distance(BodyId a, BodyId b, double max_distance = 1e15) const;
+
+  // Many at once, by the world's workers, with the results of the single calls; by the caller alone
+  // while a step or another batch is under way. Nothing is asked if one of them is refused.
+  std::vector<std::optional<CastHit>> ray_cast_batch(std::span<const RayCast> rays,
+                                                     const QueryFilter& filter = {}) const;
+  std::vector<std::optional<CastHit>> shape_cast_batch(std::span<const ShapeCast> casts,
+                                                       const QueryFilter& filter = {}) const;
+
   // -- Out ----------------------------------------------------------------------------------------
   // All bodies by ascending index, and their poses in the same order; valid until the next change.
   std::span<const BodyId> bodies() const;
@@ -118,6 +161,9 @@ class World {
   std::span<const std::uint32_t> changed() const;
   // Events of the last step. `persist` events only for touching pairs of awake bodies.
   std::span<const ContactEvent> contact_events() const;
+
+  // Joints that gave way in the last step; they are removed.
+  std::span<const JointBroken> broken_joints() const;
 
   const StepReport& last_report() const;
   std::span<const jobs::TaskRecord> last_tasks() const;  // needs WorldSettings::record_tasks

@@ -1,6 +1,7 @@
 // The command line is a contract: exit statuses, messages and JSON keys.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "tests/apps/program.h"
@@ -42,6 +43,32 @@ TEST(Skerry, bad_usage_ends_with_2_and_one_line) {
   expect_refused({"compare", "tiny", "--host-ms", "2,x"},
                  "--host-ms: must be milliseconds from 0 to 1000 with commas between, got '2,x'");
   expect_refused({"check", "no/such.json"}, "no/such.json: no such file");
+  expect_refused({"check", ""}, "'': no such file");
+  expect_refused({"run", "/"}, "/: is not a regular file");
+  expect_refused({"run", "tiny", "--json", ""}, "--json: needs a name (see skerry --help)");
+  expect_refused({"compare", "tiny", "--out", ""}, "--out: needs a name (see skerry --help)");
+  expect_refused({"run", "tiny", "--hash-every", "-2"},
+                 "--hash-every: Value -2 not in range 0 to 1000000000 (see skerry --help)");
+  expect_refused({"run", "two\nlines"}, "unknown scene 'two lines'; `skerry scenes` lists them");
+}
+
+TEST(Skerry, files_that_are_no_text_end_with_2_and_one_line) {
+  const ScratchDirectory scratch;
+  const std::string file = scratch / "bad.json";
+  for (const std::string& bytes :
+       {std::string("\xff\xfe\x00\x01", 4), std::string(100, '\0'), std::string(),
+        std::string(1'000'000, '['), std::string("{\"format\":\"skerry-scene\",\"version\":NaN}"),
+        std::string("{\"format\":\"skerry-scene\",\"version\":1,\"a\\nb\":1}"),
+        std::string("{\"format\":\"skerry-scene\",\"version\":1,\"name\":\"a\\u0000b\"}")}) {
+    write_file(file, bytes);
+    for (const char* command : {"check", "run"}) {
+      const Outcome outcome = run_skerry({command, file});
+      EXPECT_EQ(outcome.status, 2);
+      EXPECT_EQ(outcome.out, "");
+      EXPECT_TRUE(outcome.err.starts_with("skerry: " + file + ":1: ")) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
+  }
 }
 
 TEST(Skerry, help_and_version_end_with_0) {
@@ -206,37 +233,38 @@ TEST(SkerryRun, interruption_keeps_what_was_measured) {
 
 TEST(SkerryCompare, holds_all_modes_against_serial) {
   const ScratchDirectory scratch;
-  const Outcome outcome =
-      run_skerry({"compare", "tiny", "brick_wall", "--steps", "40", "--reps", "2", "--host-ms",
-                  "0,1", "--frames", "10", "--workers", "2", "--out", scratch / "new/results"});
+  const Outcome outcome = run_skerry({"compare", "tiny", "brick_wall", "--steps", "40", "--reps",
+                                      "2", "--host-ms", "0,1", "--frames", "5", "--workers", "2",
+                                      "--modes-only", "--out", scratch / "new/results"});
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const json results = json::parse(read_file(scratch / "new/results/results.json"));
   EXPECT_EQ(results.at("format"), "skerry-compare");
-  EXPECT_EQ(results.at("version"), 1);
+  EXPECT_EQ(results.at("version"), 2);
   EXPECT_EQ(results.at("equal"), true);
   ASSERT_EQ(results.at("scenes").size(), 2u);
   for (const json& scene : results.at("scenes")) {
-    EXPECT_EQ(scene.at("reps"), 2);
+    EXPECT_EQ(scene.at("throughput_repetitions").at("made"), 2);
     EXPECT_EQ(scene.at("throughput").size(), 5u);
     EXPECT_EQ(scene.at("frames").size(), 10u);
     EXPECT_FALSE(scene.at("verdict").empty());
-    std::set<std::string> modes;
     for (const json& row : scene.at("throughput")) {
-      modes.insert(row.at("mode"));
       EXPECT_EQ(row.at("equal"), true);
       EXPECT_EQ(row.at("state_hash"), scene.at("throughput")[0].at("state_hash"));
       EXPECT_GT(row.at("step_ms").at("p50").get<double>(), 0);
     }
-    EXPECT_EQ(modes, (std::set<std::string>{"serial", "dedicated_thread", "dedicated_thread_jobs",
-                                            "fork_join", "job_system"}));
-    for (const json& row : scene.at("frames")) {
-      EXPECT_TRUE(row.contains("missed"));
-      EXPECT_TRUE(row.contains("state_age_ms"));
-      EXPECT_TRUE(row.contains("blocked_ms"));
-      EXPECT_TRUE(row.contains("helped_ms"));
-      EXPECT_TRUE(row.contains("cpu_ms_per_frame"));
-    }
   }
+}
+
+TEST(SkerryCompare, interruption_keeps_complete_repetitions) {
+  const ScratchDirectory scratch;
+  const Outcome outcome = run_skerry({"compare", "tiny", "--reps", "1000", "--steps", "20",
+                                      "--modes-only", "--out", scratch / "out"},
+                                     4000);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const json results = json::parse(read_file(scratch / "out/results.json"));
+  EXPECT_EQ(results.at("interrupted"), true);
+  EXPECT_GT(results.at("scenes").at(0).at("throughput_repetitions").at("made").get<int>(), 0);
+  EXPECT_NE(read_file(scratch / "out/report.html").find("Interrupted"), std::string::npos);
 }
 
 }  // namespace

@@ -29,14 +29,13 @@ const std::string kJobsThirdParty = kPosix;
 const std::string kTbbThirdParty = std::string("tbb/.*|oneapi/.*|") + kPosix;
 const std::string kPipelineThirdParty = std::string("Eigen/.*|zstd\\.h|xxhash\\.h|") + kPosix;
 const std::string kProgramThirdParty =
-    std::string("Eigen/.*|CLI/.*|fmt/.*|nlohmann/.*|zstd\\.h|") + kPosix;
+    std::string("Eigen/.*|CLI/.*|fmt/.*|nlohmann/.*|zstd\\.h|malloc\\.h|") + kPosix;
 const std::string kModesThirdParty = kProgramThirdParty + "|benchmark/.*";
 const std::string kPeersThirdParty =
     kProgramThirdParty + "|bt.*\\.h|Bullet.*|LinearMath/.*|ode/.*|bullet/.*";
 
 const char* const kJobsApi = "skerry/(jobs\\.h|jobs/.*|error\\.h)";
-const std::string kJobsOurs =
-    std::string("jobs/.*|core/(assert|clock|arena|trace|hash)\\.h|") + kJobsApi;
+const std::string kJobsOurs = std::string("jobs/.*|core/(assert|clock|growth)\\.h|") + kJobsApi;
 
 const std::vector<Rule>& rules() {
   static const std::vector<Rule> kRules = {
@@ -47,10 +46,10 @@ const std::vector<Rule>& rules() {
       {"core/.*", "skerry/.*|core/.*", "Eigen/.*|xxhash\\.h", kThreading,
        "core includes include/skerry, core and Eigen; no threads, no scheduling"},
       {"jobs/tbb_[^/]*\\.cpp", kJobsOurs.c_str(), kTbbThirdParty.c_str(), "",
-       "jobs knows no physics: <skerry/jobs...>, core's assert, clock, arena, trace, hash, and "
+       "jobs knows no physics: <skerry/jobs...>, core's assert, clock and growth, and "
        "jobs"},
       {"jobs/.*", kJobsOurs.c_str(), kJobsThirdParty.c_str(), "",
-       "jobs knows no physics: <skerry/jobs...>, core's assert, clock, arena, trace, hash, and "
+       "jobs knows no physics: <skerry/jobs...>, core's assert, clock and growth, and "
        "jobs; "
        "oneTBB in jobs/tbb_*.cpp only"},
       {"collision/fcl_[^/]*", "skerry/.*|core/.*|jobs/.*|collision/.*",
@@ -71,6 +70,11 @@ const std::vector<Rule>& rules() {
        "scenes uses the public API: <skerry/...> and scenes"},
       {"apps/embed_jobs_only/.*", "skerry/(jobs\\.h|jobs/.*)|apps/embed_jobs_only/.*", kPosix, "",
        "this example shows skerry::jobs alone"},
+      {"apps/schedulers/.*",
+       "skerry/.*|apps/schedulers/.*|jobs/(machine|recorder|run_state)\\.h|"
+       "pipeline/threading_mode\\.h",
+       "oneapi/.*|omp\\.h", "",
+       "other schedulers for the step: executors on skerry::jobs' own parts and foreign libraries"},
       {"apps/.*", "skerry/.*|scenes/.*|apps/.*|cmake/build_info/.*", kProgramThirdParty.c_str(), "",
        "programs use the public API: <skerry/...> and scenes"},
       {"bench/modes/.*",

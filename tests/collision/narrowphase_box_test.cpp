@@ -166,8 +166,8 @@ TEST(NarrowphaseBox, stacks_keep_four_points_and_their_features_under_micro_moti
       scene.collide();
       ASSERT_EQ(scene.contact().manifold_count, 1) << "stack " << i;
       ASSERT_EQ(scene.manifold().point_count, 4u) << "stack " << i << " yaw " << yaw;
-      std::set<std::uint32_t> features;
-      for (const auto& point : scene.manifold().points) features.insert(point.feature);
+      const auto& feature = scene.manifold().feature;
+      const std::set<std::uint32_t> features(std::begin(feature), std::end(feature));
       ASSERT_EQ(features.size(), 4u) << "stack " << i;
       if (step == 0) first = features;
       ASSERT_EQ(features, first) << "stack " << i << " yaw " << yaw << " step " << step;

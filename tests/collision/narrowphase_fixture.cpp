@@ -54,6 +54,12 @@ struct Build {
     c.mesh = mesh.get();
     keep = std::move(mesh);
   }
+  void operator()(const HeightField& s) {
+    auto field = collision::build_height_field(*s.data, s.scale);
+    set(ShapeType::height_field, 0);
+    c.field = field.get();
+    keep = std::move(field);
+  }
 };
 
 }  // namespace

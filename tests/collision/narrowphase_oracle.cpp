@@ -41,6 +41,7 @@ struct Support {
                              [&](const Vec3& p, const Vec3& q) { return p.dot(d) < q.dot(d); });
   }
   Vec3 operator()(const Plane&) const { return Vec3::Zero(); }
+  Vec3 operator()(const HeightField&) const { return Vec3::Zero(); }  // not convex
   Vec3 operator()(const TriangleMesh& s) const {
     return *std::max_element(s.data->vertices.begin(), s.data->vertices.end(),
                              [&](const Vec3& p, const Vec3& q) { return p.dot(d) < q.dot(d); });

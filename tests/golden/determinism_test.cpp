@@ -139,5 +139,36 @@ TEST(Determinism, a_far_pile_changes_no_bit_of_another) {
   EXPECT_EQ(alone, run(true, true));
 }
 
+TEST(Determinism, chains_between_piles_change_no_bit_of_them) {
+  const auto run = [](bool with_chains) {
+    World world;
+    add_floor(world, 0.6, 0, 400);
+    std::vector<BodyId> watched;
+    for (int p = 0; p < 6; ++p) {
+      if (with_chains) {  // its bodies, hence its island, lie between those of the piles
+        const Vec3 anchor(10.0 * p + 5, 4, 0);
+        const BodyId link = add_box(world, anchor, {0.2, 0.2, 0.2});
+        world.add_joint(BallJoint{.a = link,
+                                  .b = add_box(world, anchor + Vec3(0.6, 0, 0)),
+                                  .anchor = anchor + Vec3(0.3, 0, 0)});
+      }
+      for (int k = 0; k < 4; ++k) {
+        watched.push_back(add_box(world, {10.0 * p + 0.1 * k, 0.5 + 1.01 * k, 0.07 * k}));
+      }
+    }
+    for (int n = 0; n < 120; ++n) world.step(1.0 / 60);
+    std::vector<double> state;
+    for (const BodyId body : watched) {
+      const Vec3 position = world.pose(body).position, spin = world.angular_velocity(body);
+      for (int k = 0; k < 3; ++k) {
+        state.push_back(position[k]);
+        state.push_back(spin[k]);
+      }
+    }
+    return state;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
 }  // namespace
 }  // namespace skerry::test

@@ -193,6 +193,26 @@ TEST_P(PhasesTest, busy_time_counts_what_helpers_did) {
   for (const TaskRecord& task : report.tasks) EXPECT_STREQ(task.name, "island");
 }
 
+TEST(SerialExecutor, knows_what_phases_would_gain_from_more_workers) {
+  Program program({4, 1});
+  TaskGraph graph;
+  graph.stage({.name = "island", .kernel = [](void* context, IndexRange, Task& task) {
+                 task.run_phases(*static_cast<Program*>(context));
+               }});
+  graph.stage({.name = "plain", .kernel = [](void*, IndexRange, Task&) {}});
+  RunReport report{.record_tasks = true};
+  const auto executor = make_executor(ExecutorKind::serial);
+  executor->run(graph, &program, {.report = &report});
+  ASSERT_EQ(report.tasks.size(), 2u);
+  const auto duration = [&](std::size_t i) {
+    return report.tasks[i].end_ns - report.tasks[i].begin_ns;
+  };
+  EXPECT_LE(report.tasks[0].critical_ns, duration(0));
+  EXPECT_GE(report.tasks[0].critical_ns, 0);
+  EXPECT_EQ(report.tasks[1].critical_ns, duration(1));
+  EXPECT_EQ(report.phase_wait_ns, 0);
+}
+
 // ---- with two workers for certain ---------------------------------------------------------------
 
 class Team : public EveryExecutor {};

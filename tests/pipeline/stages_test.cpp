@@ -25,6 +25,8 @@ const char* name_of(jobs::Domain domain) {
       return "pair";
     case Per::island_group:
       return "island_group";
+    case Per::fast_pair:
+      return "fast_pair";
   }
   return "?";
 }

@@ -70,6 +70,45 @@ TEST(BadInput, values_of_bodies_that_are_not_physical_are_refused) {
   expect_body_refused("shapes[1]", {.shapes = {Sphere{}, Plane{}}});
 }
 
+TEST(BadInput, numbers_beyond_what_the_solver_can_hold_are_refused) {
+  const std::vector<Shape> shapes = {Sphere{}};
+  for (const double huge : {1e300, -1e300, 1e31}) {
+    expect_body_refused("position", {.shapes = shapes, .position = {0, huge, 0}});
+    expect_body_refused("linear_velocity", {.shapes = shapes, .linear_velocity = {huge, 0, 0}});
+    expect_body_refused("angular_velocity", {.shapes = shapes, .angular_velocity = {0, 0, huge}});
+    expect_body_refused("gravity_scale", {.shapes = shapes, .gravity_scale = huge});
+    expect_body_refused(
+        "mass.center",
+        {.shapes = shapes, .mass = MassOverride{.mass = 1, .center = Vec3(0, huge, 0)}});
+    EXPECT_THROW(World({.gravity = {0, huge, 0}}), InputError);
+  }
+  expect_body_refused("friction", {.shapes = shapes, .friction = 1e30});
+  expect_body_refused("mass.mass", {.shapes = shapes, .mass = MassOverride{.mass = 1e300}});
+  expect_body_refused("mass.mass", {.shapes = shapes, .mass = MassOverride{.mass = 1e-300}});
+  expect_body_refused(
+      "mass.inertia",
+      {.shapes = shapes, .mass = MassOverride{.mass = 1, .inertia = 1e-300 * Mat3::Identity()}});
+  expect_body_refused("mass", {.shapes = shapes, .density = 1e300});
+  expect_body_refused("mass", {.shapes = shapes, .density = 1e-300});
+  expect_body_refused("shapes[0].local_pose.position",
+                      {.shapes = {{Sphere{}, {.local_pose = {.position = {1e30, 0, 0}}}}}});
+  const auto far = std::make_shared<MeshData>(
+      MeshData{.vertices = {{0, 0, 0}, {1e30, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
+  expect_body_refused("shapes[0].data",
+                      {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = far}}});
+}
+
+TEST(BadInput, planets_and_dust_are_not_absurd) {
+  World world({.gravity = {0, 0, 0}});
+  const BodyId planet = world.add_body({.shapes = {Sphere{.radius = 6.4e6}}, .density = 5500});
+  const BodyId dust = world.add_body({.shapes = {Sphere{.radius = 2e-6}},
+                                      .position = {1e11, 0, 0},
+                                      .linear_velocity = {0, 3e8, 0}});
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(world.step(kDt).warnings.empty());
+  EXPECT_NEAR(world.mass(planet) / 6.04e24, 1, 0.01);
+  EXPECT_NEAR(world.pose(dust).position.y(), 10 * kDt * 3e8, 1);
+}
+
 TEST(BadInput, geometry_that_is_no_solid_is_refused) {
   expect_body_refused("shapes[0].points",
                       {.shapes = {ConvexHull{.points = {{0, 0, 0}, {1, 0, 0}}}}});
@@ -88,7 +127,7 @@ TEST(BadInput, geometry_that_is_no_solid_is_refused) {
 
 TEST(BadInput, time_steps_and_settings_are_checked) {
   World world;
-  for (const double dt : {0.0, -kDt, kNan, kInf, 2.0}) {
+  for (const double dt : {0.0, -kDt, kNan, kInf, 2.0, 1e-300}) {
     expect_refused(world, "dt", [&] { world.step(dt); });
   }
   EXPECT_THROW(World({.gravity = {0, kNan, 0}}), InputError);
@@ -337,6 +376,48 @@ TEST(DedicatedThread, what_a_step_throws_comes_out_of_stop) {
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_THROW(world.stop(), std::runtime_error);
   EXPECT_FALSE(world.running());
+}
+
+TEST_P(EveryMode, tells_every_step_to_a_callback_on_the_thread_that_made_it) {
+  struct Told {
+    std::uint64_t step;
+    std::thread::id thread;
+    double idle_ms;
+    std::size_t tasks;
+  };
+  std::vector<Told> told;
+  WorldSettings settings = {.record_tasks = true};
+  settings.after_step = [&](const StepReport& report, std::span<const jobs::TaskRecord> tasks) {
+    told.push_back({report.step, std::this_thread::get_id(), report.idle_ms, tasks.size()});
+    EXPECT_GT(report.begin_ns, 0);
+  };
+  World world = make_world(GetParam(), settings);
+  add_floor(world);
+  add_box(world, {0, 1, 0});
+  for (int i = 0; i < 3; ++i) step(world, kDt);
+  ASSERT_EQ(told.size(), 3u);
+  const bool dedicated = GetParam().mode == ThreadingMode::dedicated_thread ||
+                         GetParam().mode == ThreadingMode::dedicated_thread_jobs;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].step, i + 1);
+    EXPECT_EQ(told[i].thread != std::this_thread::get_id(), dedicated);
+    EXPECT_GT(told[i].idle_ms, -1e-6);
+    EXPECT_GT(told[i].tasks, 5u);
+  }
+}
+
+TEST_P(EveryMode, what_the_step_callback_throws_reaches_the_caller) {
+  bool angry = true;
+  WorldSettings settings;
+  settings.after_step = [&](const StepReport&, std::span<const jobs::TaskRecord>) {
+    if (angry) throw std::runtime_error("callback");
+  };
+  World world = make_world(GetParam(), settings);
+  add_box(world, {0, 1, 0});
+  EXPECT_THROW(step(world, kDt), std::runtime_error);
+  angry = false;
+  step(world, kDt);
+  EXPECT_EQ(world.step_count(), 2u);
 }
 
 TEST(ManyWorlds, live_side_by_side) {

@@ -78,7 +78,8 @@ std::vector<WrongScene> wrong_values() {
        ":4: bodies[0].shapes[0]: \"radius\" is missing", true},
       {"shape_type", shape_with(R"("type": "spere", "radius": 1)"),
        ":4: bodies[0].shapes[0].type: must be one of sphere, capsule, box, cylinder, cone, "
-       "ellipsoid, convex_hull, plane, mesh, got \"spere\" (did you mean \"sphere\"?)",
+       "ellipsoid, convex_hull, plane, mesh, height_field, got \"spere\" (did you mean "
+       "\"sphere\"?)",
        true},
       {"shape_field", shape_with(R"("type": "box", "extents": [1, 1, 1])"),
        ":4: bodies[0].shapes[0].extents: unknown field (did you mean \"half_extents\"?)", true},
@@ -88,6 +89,14 @@ std::vector<WrongScene> wrong_values() {
        ":4: bodies[0].shapes[0].points: needs at least 4 entries, has 3", true},
       {"hull_without_points", shape_with(R"("type": "convex_hull")"),
        ":4: bodies[0].shapes[0]: needs either \"points\" or \"mesh\"", false},
+      {"heights_few", shape_with(R"("type": "height_field", "heights": [[0, 1]])"),
+       ":4: bodies[0].shapes[0].heights: needs at least 2 entries, has 1", true},
+      {"heights_ragged", shape_with(R"("type": "height_field", "heights": [[0, 1], [0, 1, 2]])"),
+       ":4: bodies[0].shapes[0].heights[1]: must be as long as the first row (2), got a list of 3",
+       false},
+      {"hole_outside",
+       shape_with(R"("type": "height_field", "heights": [[0, 1], [0, 1]], "holes": [[0, 1]])"),
+       ":4: bodies[0].shapes[0].holes[0][1]: must be a whole number between 0 and 0, got 1", false},
       {"friction", body_with(std::string(kBall) + ", \"friction\": -1"),
        ":3: bodies[0].friction: must be zero or more, got -1", true},
       {"restitution", body_with(std::string(kBall) + ", \"restitution\": 1.5"),
@@ -231,7 +240,7 @@ std::string full_scene() {
     }
   },
   "bodies": [
-    { "name": "ground", "type": "fixed", "shapes": [{ "type": "plane", "normal": [0, 2, 0], "offset": -1 }, { "type": "mesh", "mesh": "block", "scale": 1 }] },
+    { "name": "ground", "type": "fixed", "shapes": [{ "type": "plane", "normal": [0, 2, 0], "offset": -1 }, { "type": "mesh", "mesh": "block", "scale": 1 }, { "type": "height_field", "heights": [[0, 0.5, 0], [0, 0, 0.25]], "holes": [[1, 0]], "scale": [2, 1, 2] }] },
     {
       "name": "thing", "type": "dynamic", "position": [0, 5, 0], "orientation": { "axis": [0, 1, 0], "degrees": 90 },
       "linear_velocity": [1, 0, 0], "angular_velocity": [0, 1, 0], "density": 500, "material": "steel",

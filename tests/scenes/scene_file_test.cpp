@@ -138,7 +138,7 @@ TEST(SceneFile, every_field_arrives) {
   const auto& hinge = std::get<HingeJoint>(scene.joints.back().joint);
   EXPECT_NEAR(*hinge.lower_angle, -scenes::kPi / 6, 1e-15);
   EXPECT_NEAR(*hinge.upper_angle, scenes::kPi / 4, 1e-15);
-  EXPECT_EQ(hinge.motor_max_torque, 10);
+  EXPECT_EQ(hinge.drive.motor.max_force, 10);
 }
 
 TEST(SceneFile, prefabs_carry_their_joints_to_where_they_are_placed) {

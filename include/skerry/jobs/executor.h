@@ -57,6 +57,10 @@ struct TaskRecord {
   std::uint32_t worker = 0;
   std::uint32_t first_item = 0;
   std::uint32_t item_count = 0;
+  // What the task would take with any number of workers: its duration, or less if it ran a phase
+  // program (the sum over phases of the longest block). Known to the serial executor alone; the
+  // others put the duration here.
+  std::int64_t critical_ns = 0;
 };
 
 // What one run took. Reused from run to run, so that a steady state allocates nothing.
@@ -64,10 +68,11 @@ struct RunReport {
   std::vector<StageTiming> stages;  // in graph order
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
-  std::int64_t blocked_ns = 0;    // the caller had nothing to run (spinning included)
-  std::int64_t helped_ns = 0;     // the caller ran kernels
-  bool record_tasks = false;      // in: fill `tasks`
-  std::vector<TaskRecord> tasks;  // by begin time, per worker merged
+  std::int64_t blocked_ns = 0;     // the caller had nothing to run (spinning included)
+  std::int64_t helped_ns = 0;      // the caller ran kernels
+  std::int64_t phase_wait_ns = 0;  // kernels waited in run_phases for other workers' blocks; a sum
+  bool record_tasks = false;       // in: fill `tasks`
+  std::vector<TaskRecord> tasks;   // by begin time, per worker merged
 };
 
 struct RunOptions {

@@ -1,0 +1,494 @@
+#include "collision/continuous.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/broadphase.h"
+#include "collision/mesh_tree.h"
+#include "collision/time_of_impact.h"
+#include "core/trig.h"
+
+namespace skerry::collision {
+
+using core::Bodies;
+using core::BodyIndex;
+using core::Collider;
+using core::ColliderIndex;
+using core::ContactPair;
+using core::dot;
+using core::FastBodies;
+using core::FastPair;
+using core::FastStart;
+using core::ShapeType;
+
+namespace {
+
+// A meeting of two fast bodies, or of a fast one (body_a) with a slow one, in the order in which
+// meetings are taken.
+struct Meeting {
+  double time;
+  std::uint32_t pair;     // row of FastBodies::pairs
+  std::uint32_t version;  // of that pair: an old one no longer counts
+  bool operator<(const Meeting& other) const {
+    if (time != other.time) return time < other.time;
+    return pair != other.pair ? pair < other.pair : version < other.version;
+  }
+};
+
+// A collider that has left its fat box, with where it has been.
+struct ThrownBox {
+  Aabb box;
+  ColliderIndex collider;
+};
+
+struct alignas(64) WorkerScratch {
+  std::vector<std::uint32_t> triangles;
+};
+
+}  // namespace
+
+class ContinuousScratch {
+ public:
+  explicit ContinuousScratch(std::uint32_t worker_count) : workers(worker_count) {}
+
+  std::vector<WorkerScratch> workers;
+  std::vector<ColliderIndex> found;
+  std::vector<ThrownBox> thrown;
+  std::vector<Meeting> meetings;                             // a heap, earliest first
+  std::vector<std::uint32_t> version;                        // [pairs]
+  std::vector<std::pair<BodyIndex, std::uint32_t>> of_body;  // (fast body, pair of two fast ones)
+};
+
+ContinuousScratchPtr make_continuous_scratch(std::uint32_t workers) {
+  return ContinuousScratchPtr(new ContinuousScratch(workers));
+}
+void ContinuousScratchDeleter::operator()(ContinuousScratch* scratch) const { delete scratch; }
+
+namespace {
+
+bool is_fast(const Bodies& bodies, BodyIndex body) { return bodies.is(body, core::kFast); }
+
+// Faster kinematic bodies are foreseen by contacts alone: they cannot stop.
+bool is_fast_kinematic(const StepContext& step, BodyIndex body) {
+  return step.bodies->is(body, core::kKinematic | core::kAwake) &&
+         core::moves_fast(*step.bodies, body, step.dt);
+}
+
+// -- How bodies moved.
+
+Quat after_turn(const Quat& from, const Vec3& turn) {
+  const double angle = turn.norm();
+  if (angle == 0) return from;
+  const auto [sine, cosine] = core::trig::sin_cos(0.5 * angle);
+  const Vec3 v = turn * (sine / angle);
+  return Quat(cosine, v.x(), v.y(), v.z()) * from;
+}
+
+void set_turning(Sweep& sweep, const FastStart& start, const Quat& end) {
+  sweep.stretches = static_cast<int>(start.knots.size()) + 1;
+  for (int i = 0; i < sweep.stretches; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    sweep.set_stretch(i, i == 0 ? start.pose.orientation : start.knots[k - 1],
+                      i + 1 == sweep.stretches ? end : start.knots[k]);
+  }
+}
+
+Sweep sweep_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
+  const Bodies& bodies = *step.bodies;
+  const core::BodyPose& pose = bodies.pose[body];
+  const core::BodyMotion& motion = bodies.motion[body];
+  Sweep sweep;
+  sweep.turn_radius = bodies.mass[body].turn_radius;
+  if (is_fast(bodies, body)) {
+    const FastStart& start = step.fast->start[body];
+    sweep.center = wide(Vec3(start.pose.center - origin));
+    sweep.way = wide(Vec3(pose.center - start.pose.center));
+    if (start.flight == core::FastFlight::free)
+      sweep.bend = wide(Vec3(0.5 * step.dt * (motion.linear - start.motion.linear)));
+    sweep.end = step.fast->part[body];
+    set_turning(sweep, start, pose.orientation);
+    return sweep;
+  }
+  sweep.center = wide(Vec3(pose.center - origin));
+  sweep.set_stretch(0, pose.orientation, pose.orientation);
+  if (!bodies.is(body, core::kAwake)) return sweep;
+  // A slow body came to where it is by about its present velocity.
+  sweep.way = wide(Vec3(motion.linear * step.dt));
+  sweep.center = sweep.center - sweep.way;
+  sweep.set_stretch(0, after_turn(pose.orientation, -step.dt * motion.angular), pose.orientation);
+  return sweep;
+}
+
+// -- One pair of shapes.
+
+// When shape a, of which `collider` is the collider, first touches b on its way into it. One that is
+// in touch or inside at the start may come again, having been apart; else it is for the contacts to
+// stop, and what they let through goes no farther than to the next of a few depths.
+template <class Other>
+double impact_of(const Collider& collider, SweptShape a, Other b, double touch, double last) {
+  const double radius = inner_radius(collider);
+  const double graze = std::min(2 * double(kSpeculativeDistance), 0.25 * radius);
+  double above = 0;
+  for (const double depth : {graze, 0.5 * radius, 0.9 * radius}) {
+    SweptShape inner = a;
+    inner.erode(collider, depth);
+    const double within = first_near(inner, b, 0.25 * (depth - above), 0, last);
+    above = depth;
+    if (within == kNever) return kNever;
+    if (within == 0) continue;  // is that deep already
+    double from = 0;
+    if (first_near(a, b, touch, 0, 0) == 0) from = first_apart(a, b, 2 * touch, within);
+    if (from == kNever) return within;
+    return std::min(within, first_near(a, b, touch, from, within));
+  }
+  return kNever;
+}
+
+struct Box {
+  V3d low, high;
+};
+
+// Bounds, in the frame that turns and moves with a mesh, of a ball of this radius about a body's
+// centre during [t0, t1], grown by what the two do between.
+Box swept_ball(const Sweep& ball, double radius, const Sweep& mesh, double t0, double t1) {
+  constexpr int kCuts = 4;
+  Box box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+  V3d before{0, 0, 0};
+  double longest = 0;
+  for (int i = 0; i <= kCuts; ++i) {
+    const double t = t0 + (t1 - t0) * i / kCuts;
+    const V3d p = transposed_times(mesh.axes_at(t), ball.center_at(t) - mesh.center_at(t));
+    if (i > 0) longest = std::max(longest, length(p - before));
+    before = p;
+    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+  }
+  double angle = 0;
+  for (int i = 0; i < mesh.stretches; ++i)
+    angle = std::max(angle, mesh.stretch[i].angle * mesh.stretches * (t1 - t0) / kCuts);
+  const double bulge = angle > 0 ? 0.5 * longest * std::min(1.0, angle) : 0;
+  const double bent = 0.25 * length(ball.bend) * (t1 - t0) * (t1 - t0);
+  const double slack = radius * (1 + 1e-6) + bulge + bent + 1e-6 * length(before);
+  box.low = box.low - V3d{slack, slack, slack};
+  box.high = box.high + V3d{slack, slack, slack};
+  return box;
+}
+
+// A convex shape against the triangles that lie in its way, stretch by stretch.
+double impact_with_mesh(const Collider& convex, const Sweep& sweep, double radius,
+                        const Collider& mesh_collider, const Sweep& mesh_sweep, double touch,
+                        std::vector<std::uint32_t>& triangles) {
+  const core::MeshGeometry& mesh = *mesh_collider.mesh;
+  const V3d local = wide(mesh_collider.local_position);
+  const M3d axes = mesh_collider.has_local_rotation ? matrix_of(mesh_collider.local_rotation)
+                                                    : M3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const SweptShape shape = swept_shape(convex, sweep);
+  const double way = length(sweep.way - mesh_sweep.way);
+  const int stretches = static_cast<int>(std::clamp(std::ceil(way / (8 * radius)), 1.0, 256.0));
+  SweptShape at_start = shape;
+  at_start.place(0);
+  const V3d middle = at_start.core.center;
+  double earliest = kNever;
+  for (int i = 0; i < stretches && earliest == kNever; ++i) {
+    const double t0 = double(i) / stretches, t1 = double(i + 1) / stretches;
+    const Box box = swept_ball(sweep, radius, mesh_sweep, t0, t1);
+    // From the body's frame to the mesh's own.
+    const V3d centre = transposed_times(axes, (box.low + box.high) * 0.5 - local);
+    const V3d half = (box.high - box.low) * 0.5;
+    float low[3], high[3];
+    const double c[3] = {centre.x, centre.y, centre.z};
+    const V3d column[3] = {axes.c0, axes.c1, axes.c2};
+    for (int k = 0; k < 3; ++k) {
+      const double h = std::fabs(column[k].x) * half.x + std::fabs(column[k].y) * half.y +
+                       std::fabs(column[k].z) * half.z;
+      low[k] = static_cast<float>(c[k] - h * (1 + 1e-6) - 1e-6 * std::fabs(c[k]));
+      high[k] = static_cast<float>(c[k] + h * (1 + 1e-6) + 1e-6 * std::fabs(c[k]));
+    }
+    triangles.clear();
+    mesh.tree->query(low, high, triangles);
+    for (const std::uint32_t triangle : triangles) {
+      V3d corner[3];
+      for (unsigned k = 0; k < 3; ++k)
+        corner[k] = local + axes * wide(mesh.vertices[mesh.triangles[triangle][k]]);
+      // A surface has a front: what starts behind it goes through.
+      const V3d normal =
+          mesh_sweep.axes_at(0) * cross(corner[1] - corner[0], corner[2] - corner[0]);
+      const V3d from = mesh_sweep.center_at(0) + mesh_sweep.axes_at(0) * corner[0];
+      if (dot(normal, middle - from) < 0) continue;
+      const double time = impact_of(convex, shape, swept_triangle(corner, mesh_sweep), touch,
+                                    std::min(earliest, t1));
+      earliest = std::min(earliest, time);
+    }
+  }
+  return earliest;
+}
+
+SweptPlane swept_plane(const Collider& plane, const Sweep& sweep) {
+  SweptPlane swept;
+  swept.sweep = &sweep;
+  const M3d axes = plane.has_local_rotation ? matrix_of(plane.local_rotation)
+                                            : M3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const V3d normal = axes * wide(plane.size);
+  swept.normal = normal * (1 / length(normal));
+  swept.offset = plane.plane_offset + dot(swept.normal, wide(plane.local_position));
+  return swept;
+}
+
+// -- A pair of bodies' shapes.
+
+// Whether a ball of this radius about a moving centre stays away from the box of a collider.
+bool far_from_box(const StepContext& step, const Sweep& ball, double radius, const Collider& other,
+                  const Sweep& sweep, const Vec3& origin) {
+  const Aabb box = tight_bounds(other, step.bodies->pose[other.body]);
+  const V3d last = ball.center_at(1), bend = ball.bend * 0.25;
+  const double turning = sweep.stretches * sweep.stretch[0].angle > 0 ? 2 * sweep.turn_radius : 0;
+  const auto axis = [](const V3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
+  for (int i = 0; i < 3; ++i) {
+    const double slack = radius + turning + std::fabs(axis(bend, i)) +
+                         std::fabs(axis(sweep.way, i)) + std::fabs(axis(sweep.bend, i));
+    const double from = axis(ball.center, i) + origin[i], to = axis(last, i) + origin[i];
+    if (std::max(from, to) + slack < double(box.min[i]) ||
+        std::min(from, to) - slack > double(box.max[i]))
+      return true;
+  }
+  return false;
+}
+
+double impact_of_pair(const StepContext& step, const FastPair& pair,
+                      std::vector<std::uint32_t>& triangles) {
+  const Bodies& bodies = *step.bodies;
+  // First the one that is eroded: a fast one, unless it is a mesh.
+  ColliderIndex ia = pair.a, ib = pair.b;
+  const auto kind = [&](ColliderIndex i) { return step.colliders->rows[i].type; };
+  const auto is_convex = [&](ColliderIndex i) { return kind(i) < ShapeType::plane; };
+  const bool second_first = !is_convex(ia) || (is_convex(ib) && !is_fast(bodies, pair.body_a));
+  if (second_first) std::swap(ia, ib);
+  const Collider &a = step.colliders->rows[ia], &b = step.colliders->rows[ib];
+  if (a.type >= ShapeType::plane) return kNever;  // no contact exists between these either
+  const Vec3 origin = bodies.pose[a.body].center;
+  const Sweep sa = sweep_of(step, a.body, origin), sb = sweep_of(step, b.body, origin);
+  const core::BodyMass &ma = bodies.mass[a.body], &mb = bodies.mass[b.body];
+
+  const double apart = length(sb.center - sa.center);
+  const bool both_go = sa.end == 1 && sb.end == 1;
+  const double most = (both_go ? length(sb.way - sa.way) : length(sa.way) + length(sb.way)) +
+                      0.25 * (length(sa.bend) + length(sb.bend));
+  // A plane's or mesh's body may be all over the place: its radius says nothing, or everything.
+  if (b.type != ShapeType::plane && apart - most > ma.radius + mb.radius + 1e-3) return kNever;
+  if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
+  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart - most);
+  if (b.type == ShapeType::plane)
+    return impact_of(a, swept_shape(a, sa), swept_plane(b, sb), touch, 1);
+  if (b.type == ShapeType::mesh) return impact_with_mesh(a, sa, ma.radius, b, sb, touch, triangles);
+  return impact_of(a, swept_shape(a, sa), swept_shape(b, sb), touch, 1);
+}
+
+// -- Which pairs.
+
+bool may_meet(const StepContext& step, BodyIndex a, BodyIndex b) {
+  return !is_fast_kinematic(step, a) && !is_fast_kinematic(step, b);
+}
+
+void add_active_pairs(const StepContext& step) {
+  const Bodies& bodies = *step.bodies;
+  for (const std::uint32_t row : step.contacts->active) {
+    const ContactPair& pair = step.contacts->pairs[row];
+    if (!((bodies.flags[pair.body_a] | bodies.flags[pair.body_b]) & core::kFast)) continue;
+    if ((pair.flags & core::kSensorPair) || !may_meet(step, pair.body_a, pair.body_b)) continue;
+    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever});
+  }
+}
+
+Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex body) {
+  const Collider& row = step.colliders->rows[collider];
+  const Aabb from = tight_bounds(row, step.fast->start[body].pose);
+  Aabb box = tight_bounds(row, step.bodies->pose[body]);
+  const double turn = step.fast->start[body].angle;
+  const double reach = step.bodies->mass[body].turn_radius;
+  // Between its ends an arc leaves the box of the two by less than its height.
+  const auto bulge = static_cast<float>(reach * std::min(2.0, 0.125 * turn * turn));
+  for (int axis = 0; axis < 3; ++axis) {
+    box.min[axis] = std::min(box.min[axis], from.min[axis]) - bulge;
+    box.max[axis] = std::max(box.max[axis], from.max[axis]) + bulge;
+  }
+  return box;
+}
+
+bool is_inside(const Aabb& inner, const Aabb& outer) {
+  bool in = true;
+  for (int axis = 0; axis < 3; ++axis)
+    in = in && inner.min[axis] >= outer.min[axis] && inner.max[axis] <= outer.max[axis];
+  return in;
+}
+
+template <class Visit>
+void for_solid_colliders(const StepContext& step, BodyIndex body, const Visit& visit) {
+  for (ColliderIndex c = step.bodies->first_collider[body]; c != core::kNone;
+       c = step.colliders->rows[c].next_in_body)
+    if (!step.colliders->rows[c].sensor) visit(c);
+}
+
+bool joined(const StepContext& step, BodyIndex a, BodyIndex b) {
+  const auto& keys = step.joints->no_collide;
+  const std::uint64_t low = std::min(a, b), high = std::max(a, b);
+  return !keys.empty() && std::binary_search(keys.begin(), keys.end(), (low << 32) | high);
+}
+
+// A pair that the broadphase did not foresee.
+void add_pair(const StepContext& step, ColliderIndex a, ColliderIndex b) {
+  if (a > b) std::swap(a, b);
+  const Collider &ca = step.colliders->rows[a], &cb = step.colliders->rows[b];
+  if (ca.body == cb.body || cb.sensor || ca.sensor || !core::filters_meet(ca.filter, cb.filter))
+    return;
+  const std::uint32_t flags = step.bodies->flags[ca.body] | step.bodies->flags[cb.body];
+  if ((flags & core::kQuarantined) || joined(step, ca.body, cb.body)) return;
+  if (!may_meet(step, ca.body, cb.body)) return;
+  const std::uint64_t key = (std::uint64_t{a} << 32) | b;
+  const auto& pairs = step.contacts->pairs;
+  const auto at = std::lower_bound(
+      pairs.begin(), pairs.end(), key,
+      [](const ContactPair& pair, std::uint64_t wanted) { return pair.key() < wanted; });
+  if (at != pairs.end() && at->key() == key) return;  // it is an active pair
+  step.fast->pairs.push_back({a, b, ca.body, cb.body, kNever});
+}
+
+// Bodies that impacts have thrown out of their fat boxes: against whatever the tree knows near them,
+// and against each other, whose boxes it knows no more.
+void add_thrown(const StepContext& step, ContinuousScratch& scratch) {
+  std::vector<ThrownBox>& thrown = scratch.thrown;
+  thrown.clear();
+  for (const BodyIndex body : step.fast->bodies)
+    for_solid_colliders(step, body, [&](ColliderIndex c) {
+      const Aabb box = box_over_step(step, c, body);
+      if (!is_inside(box, step.broadphase->fat_bounds(c))) thrown.push_back({box, c});
+    });
+  for (const ThrownBox& self : thrown) {
+    scratch.found.clear();
+    step.broadphase->collect(self.box, scratch.found);
+    for (const ColliderIndex other : scratch.found) add_pair(step, self.collider, other);
+  }
+  std::sort(thrown.begin(), thrown.end(), [](const ThrownBox& a, const ThrownBox& b) {
+    return a.box.min[0] != b.box.min[0] ? a.box.min[0] < b.box.min[0] : a.collider < b.collider;
+  });
+  for (std::size_t i = 0; i < thrown.size(); ++i)
+    for (std::size_t k = i + 1; k < thrown.size() && thrown[k].box.min[0] <= thrown[i].box.max[0];
+         ++k)
+      if (overlap(thrown[i].box, thrown[k].box))
+        add_pair(step, thrown[i].collider, thrown[k].collider);
+}
+
+bool by_colliders(const FastPair& a, const FastPair& b) {
+  return a.a != b.a ? a.a < b.a : a.b < b.b;
+}
+bool same_colliders(const FastPair& a, const FastPair& b) { return a.a == b.a && a.b == b.b; }
+
+}  // namespace
+
+void find_fast(const StepContext& step, IndexRange, Task&) {
+  FastBodies& fast = *step.fast;
+  const Bodies& bodies = *step.bodies;
+  fast.bodies.clear();
+  fast.pairs.clear();
+  fast.stopped.clear();
+  for (const BodyIndex body : bodies.awake) {
+    if (!is_fast(bodies, body)) continue;
+    fast.bodies.push_back(body);
+    fast.part[body] = 1;
+  }
+  if (fast.bodies.empty()) return;
+  add_active_pairs(step);
+  add_thrown(step, *step.continuous);
+  std::sort(fast.pairs.begin(), fast.pairs.end(), by_colliders);
+  fast.pairs.erase(std::unique(fast.pairs.begin(), fast.pairs.end(), same_colliders),
+                   fast.pairs.end());
+}
+
+void sweep_fast(const StepContext& step, IndexRange pairs, Task& task) {
+  WorkerScratch& scratch = step.continuous->workers[task.worker()];
+  for (std::uint32_t i = pairs.begin; i < pairs.end; ++i) {
+    FastPair& pair = step.fast->pairs[i];
+    pair.touch = impact_of_pair(step, pair, scratch.triangles);
+  }
+}
+
+namespace {
+
+// Takes meetings in order of time.
+class Impacts {
+ public:
+  explicit Impacts(const StepContext& step)
+      : step_(step), fast_(*step.fast), scratch_(*step.continuous) {}
+
+  void run() {
+    collect();
+    while (!scratch_.meetings.empty()) take(next());
+    std::sort(fast_.stopped.begin(), fast_.stopped.end());
+  }
+
+ private:
+  static bool later(const Meeting& a, const Meeting& b) { return b < a; }
+
+  void collect() {
+    scratch_.meetings.clear();
+    scratch_.version.assign(fast_.pairs.size(), 0);
+    scratch_.of_body.clear();
+    for (std::uint32_t i = 0; i < fast_.pairs.size(); ++i) {
+      const FastPair& pair = fast_.pairs[i];
+      if (pair.touch <= 1) push(i);
+      if (!is_fast(pair.body_a) || !is_fast(pair.body_b)) continue;
+      scratch_.of_body.emplace_back(pair.body_a, i);
+      scratch_.of_body.emplace_back(pair.body_b, i);
+    }
+    if (!scratch_.meetings.empty()) std::sort(scratch_.of_body.begin(), scratch_.of_body.end());
+  }
+
+  void push(std::uint32_t pair) {
+    scratch_.meetings.push_back({fast_.pairs[pair].touch, pair, scratch_.version[pair]});
+    std::push_heap(scratch_.meetings.begin(), scratch_.meetings.end(), later);
+  }
+  Meeting next() {
+    std::pop_heap(scratch_.meetings.begin(), scratch_.meetings.end(), later);
+    const Meeting meeting = scratch_.meetings.back();
+    scratch_.meetings.pop_back();
+    return meeting;
+  }
+
+  void take(const Meeting& meeting) {
+    if (meeting.version != scratch_.version[meeting.pair]) return;
+    const FastPair& pair = fast_.pairs[meeting.pair];
+    for (const BodyIndex body : {pair.body_a, pair.body_b})
+      if (is_fast(body) && fast_.part[body] > meeting.time) stop(body, meeting);
+  }
+
+  // The pairs of a body that has stopped meet elsewhere, earlier or later, or not at all. Those of
+  // `at` itself are done.
+  void stop(BodyIndex body, const Meeting& at) {
+    fast_.part[body] = at.time;
+    fast_.stopped.push_back(body);
+    auto& of_body = scratch_.of_body;
+    for (auto it = std::lower_bound(of_body.begin(), of_body.end(), std::pair(body, 0u));
+         it != of_body.end() && it->first == body; ++it) {
+      const std::uint32_t row = it->second;
+      if (row == at.pair) continue;
+      FastPair& pair = fast_.pairs[row];
+      ++scratch_.version[row];
+      const double time = impact_of_pair(step_, pair, scratch_.workers[0].triangles);
+      pair.touch = std::max(time, at.time);
+      if (pair.touch <= 1) push(row);
+    }
+  }
+
+  bool is_fast(BodyIndex body) const { return collision::is_fast(*step_.bodies, body); }
+
+  const StepContext& step_;
+  FastBodies& fast_;
+  ContinuousScratch& scratch_;
+};
+
+}  // namespace
+
+void order_impacts(const StepContext& step) {
+  if (!step.fast->pairs.empty()) Impacts(step).run();
+}
+
+}  // namespace skerry::collision

@@ -1,0 +1,41 @@
+// Continuous collision: fast bodies stop where they first meet something in the step.
+//
+//   Who      Fast bodies (core/fast_bodies.h) against everything they may touch but sensors; the
+//            other body's motion counts too. Pairs come from the broadphase, whose fat boxes hold
+//            the whole step, and from the tree for bodies that were thrown out of theirs by an
+//            impact in this very step.
+//   What     A meeting counts if it would go deeper than a slide or a graze: the shape, made
+//            smaller by a few millimetres at most, meets the other one. The body stops where the
+//            shape itself first touched.
+//   Order    Meetings are taken by time, then by ids. A body that stopped is from then on an
+//            obstacle that stands still.
+//   Threads  the sweeps of pairs run side by side; the rest once.
+#pragma once
+
+#include <memory>
+
+#include "core/step_context.h"
+
+namespace skerry::collision {
+
+using core::IndexRange;
+using core::StepContext;
+using core::Task;
+
+class ContinuousScratch;
+struct ContinuousScratchDeleter {
+  void operator()(ContinuousScratch* scratch) const;
+};
+using ContinuousScratchPtr = std::unique_ptr<ContinuousScratch, ContinuousScratchDeleter>;
+ContinuousScratchPtr make_continuous_scratch(std::uint32_t workers);
+
+// Stage "find_fast", once: FastBodies::bodies and pairs.
+void find_fast(const StepContext& step, IndexRange, Task& task);
+
+// Stage "sweep_fast", per fast pair: when the two would first meet.
+void sweep_fast(const StepContext& step, IndexRange pairs, Task& task);
+
+// Who stops when: FastBodies::part and stopped. Once, after the sweeps.
+void order_impacts(const StepContext& step);
+
+}  // namespace skerry::collision

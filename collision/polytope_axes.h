@@ -1,0 +1,69 @@
+// The separating-axis search between two convex polytopes, over lanes of faces and edges.
+#pragma once
+
+#include "collision/polytope_lanes.h"
+
+namespace skerry::collision {
+
+// Names a separating axis: a face, or an edge of each.
+struct AxisName {
+  enum Kind : std::uint32_t { kNothing, kFaceOfA, kFaceOfB, kEdges };
+  Kind kind = kNothing;
+  std::uint32_t a = 0, b = 0;
+
+  // Indices above 32,767 come back as others; what is recalled is tested, so that costs time only.
+  std::uint32_t pack() const { return kind | (a & 0x7fffu) << 2 | (b & 0x7fffu) << 17; }
+  static AxisName unpack(std::uint32_t bits) {
+    return {static_cast<Kind>(bits & 3u), bits >> 2 & 0x7fffu, bits >> 17};
+  }
+};
+
+struct Axis {
+  AxisName name;
+  float separation = -3e38f;  // m, along it; negative: overlap
+};
+
+// Directions in which a may not be pushed away from a triangle (see leans_too_far); in a's frame.
+struct LeanLimit {
+  core::V3f up;                    // the triangle's normal
+  core::V3f away[3];               // across its edges
+  float most_up[3], most_away[3];  // components of the direction beyond each edge
+  float untouchable[3];            // 1, or 0
+};
+
+struct AxisQuery {
+  PolytopeLanes a, b;
+  core::M3f rotation;   // axes of b in the frame of a
+  core::V3f offset;     // origin of b in the frame of a
+  float margin = 0;     // m: beyond this separation the search ends
+  float tolerance = 0;  // m: edges are of interest if they reach the best face less this
+  const LeanLimit* limit = nullptr;  // if b is a triangle
+  // The axis of last time, as recall_axis found it. Edges of less separation are not looked for.
+  Axis recalled;
+};
+
+struct AxisAnswer {
+  Axis apart;                  // an axis beyond the margin, if one was met; the search ended there
+  Axis face_a, face_b, edges;  // the best of each kind; lowest index among equals
+};
+
+// The named axis as the shapes are now: nothing if they have no such axis.
+Axis recall_axis(const AxisQuery& query, const AxisName& name);
+
+//   Method   all faces of a and of b; of the pairs of edges those that are arcs crossing on the Gauss
+//            map (Gregorius, "The separating axis test between convex polyhedra", GDC 2013), and of
+//            those only edges that can reach beyond the best face: along the arc between the normals
+//            l and r of an edge's faces, the separation is at most max(l.w, r.w) less their offsets
+//            for any point w of the other shape, if that is negative.
+//   Bits     the same for every instruction set.
+void search_axes(const AxisQuery& query, AxisAnswer& answer);
+
+// The same source with float for lanes.
+Axis recall_axis_reference(const AxisQuery& query, const AxisName& name);
+void search_axes_reference(const AxisQuery& query, AxisAnswer& answer);
+
+// Runs one instruction set by its Highway name; false if this machine or build does not have it.
+bool recall_axis_on(const char* target, const AxisQuery& query, const AxisName& name, Axis& axis);
+bool search_axes_on(const char* target, const AxisQuery& query, AxisAnswer& answer);
+
+}  // namespace skerry::collision

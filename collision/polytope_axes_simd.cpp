@@ -1,0 +1,104 @@
+// The separating-axis search at the widths of this machine's instruction sets.
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "collision/polytope_axes.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "collision/polytope_axes_simd.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace skerry::collision {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+
+static Axis recall_axis_here(const AxisQuery& query, const AxisName& name) {
+  return recall_axis_reference(query, name);
+}
+static void search_axes_here(const AxisQuery& query, AxisAnswer& answer) {
+  search_axes_reference(query, answer);
+}
+
+#else
+
+#include "collision/simd_lanes-inl.h"
+
+#define SKERRY_LANES HWY_ATTR
+#include "collision/lane_vectors-inl.h"
+
+#include "collision/polytope_axes-inl.h"
+#undef SKERRY_LANES
+
+static Axis recall_axis_here(const AxisQuery& query, const AxisName& name) {
+  return recall_axis_lanes<Lane>(query, name);
+}
+static void search_axes_here(const AxisQuery& query, AxisAnswer& answer) {
+  search_axes_lanes<Lane>(query, answer);
+}
+
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace skerry::collision
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace skerry::collision {
+
+HWY_EXPORT(recall_axis_here);
+HWY_EXPORT(search_axes_here);
+
+Axis recall_axis(const AxisQuery& query, const AxisName& name) {
+  return HWY_DYNAMIC_DISPATCH(recall_axis_here)(query, name);
+}
+void search_axes(const AxisQuery& query, AxisAnswer& answer) {
+  HWY_DYNAMIC_DISPATCH(search_axes_here)(query, answer);
+}
+
+namespace {
+
+bool has(const char* target, std::int64_t bit) {
+  return std::strcmp(hwy::TargetName(bit), target) == 0 && (hwy::SupportedTargets() & bit) != 0;
+}
+
+}  // namespace
+
+bool recall_axis_on(const char* target, const AxisQuery& query, const AxisName& name, Axis& axis) {
+#if HWY_TARGETS & HWY_SSSE3
+  if (has(target, HWY_SSSE3)) return axis = N_SSSE3::recall_axis_here(query, name), true;
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (has(target, HWY_SSE4)) return axis = N_SSE4::recall_axis_here(query, name), true;
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (has(target, HWY_AVX2)) return axis = N_AVX2::recall_axis_here(query, name), true;
+#endif
+#if HWY_TARGETS & HWY_AVX3
+  if (has(target, HWY_AVX3)) return axis = N_AVX3::recall_axis_here(query, name), true;
+#endif
+  return false;
+}
+
+bool search_axes_on(const char* target, const AxisQuery& query, AxisAnswer& answer) {
+#if HWY_TARGETS & HWY_SSSE3
+  if (has(target, HWY_SSSE3)) return N_SSSE3::search_axes_here(query, answer), true;
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (has(target, HWY_SSE4)) return N_SSE4::search_axes_here(query, answer), true;
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (has(target, HWY_AVX2)) return N_AVX2::search_axes_here(query, answer), true;
+#endif
+#if HWY_TARGETS & HWY_AVX3
+  if (has(target, HWY_AVX3)) return N_AVX3::search_axes_here(query, answer), true;
+#endif
+  return false;
+}
+
+}  // namespace skerry::collision
+#endif  // HWY_ONCE

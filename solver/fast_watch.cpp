@@ -1,0 +1,70 @@
+#include "solver/fast_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solver/rotation.h"
+
+namespace skerry::solver {
+namespace {
+
+constexpr int kMostKnots = 31;
+
+}  // namespace
+
+FastWatch::FastWatch(const core::StepContext& step, core::BodyIndex body)
+    : step_(step), body_(body) {
+  constexpr std::uint32_t mask = core::kContinuous | core::kQuarantined;
+  watched_ = (step.bodies->flags[body] & mask) == core::kContinuous;
+  if (!watched_) return;
+  pose_ = step.bodies->pose[body];
+  motion_ = step.bodies->motion[body];
+}
+
+// By what it was going to do, or by what it did.
+bool FastWatch::is_fast() const {
+  const core::BodyMass& mass = step_.bodies->mass[body_];
+  const double safe = core::safe_motion(mass);
+  if (core::motion_of(mass, motion_, step_.dt) > safe) return true;
+  const core::BodyPose& end = step_.bodies->pose[body_];
+  const Quat turn = end.orientation * pose_.orientation.conjugate();
+  return (end.center - pose_.center).norm() + 2 * turn.vec().norm() * mass.turn_radius > safe;
+}
+
+void FastWatch::note_turn(core::FastStart& start) const {
+  core::Bodies& bodies = *step_.bodies;
+  const core::BodyMass& mass = bodies.mass[body_];
+  core::BodyMotion& motion = bodies.motion[body_];
+  start.knots.clear();
+  start.angle = step_.dt * std::max(motion_.angular.norm(), motion.angular.norm());
+  if (start.flight == core::FastFlight::joined || start.angle <= kLargeTurn) return;
+  if (mass.turn_radius == 0) return;
+  const std::uint32_t flags = bodies.flags[body_];
+  const bool free = start.flight == core::FastFlight::free;
+  const Vec3& momentum = free ? motion_.angular_momentum : motion.angular_momentum;
+  const Vec3 torque =
+      free ? Vec3((motion.angular_momentum - momentum) / step_.dt) : Vec3(Vec3::Zero());
+  const auto orientation_at = [&](double t) {
+    return orientation_after(t * step_.dt, mass, flags, pose_.orientation, momentum, torque);
+  };
+  const int count = std::min(kMostKnots, static_cast<int>(std::min(1e3, start.angle / kLargeTurn)));
+  for (int k = 1; k <= count; ++k) start.knots.push_back(orientation_at(double(k) / (count + 1)));
+  if (free) return;
+  bodies.pose[body_].orientation = orientation_at(1);
+  motion.angular = angular_velocity(mass, flags, bodies.pose[body_].orientation, momentum);
+}
+
+void FastWatch::finish(core::FastFlight flight) {
+  if (!watched_) return;
+  std::uint32_t& flags = step_.bodies->flags[body_];
+  flags &= ~std::uint32_t{core::kFast};
+  if ((flags & core::kQuarantined) || !is_fast()) return;
+  flags |= core::kFast;
+  core::FastStart& start = step_.fast->start[body_];
+  start.pose = pose_;
+  start.motion = motion_;
+  start.flight = flight;
+  note_turn(start);
+}
+
+}  // namespace skerry::solver

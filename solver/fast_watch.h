@@ -1,0 +1,32 @@
+// Finds the fast bodies of a step while they are solved (core/fast_bodies.h).
+#pragma once
+
+#include "core/step_context.h"
+
+namespace skerry::solver {
+
+// A turn by more than this (rad) in a step is told by knots in between.
+inline constexpr double kLargeTurn = 0.4;
+
+// Remembers where a body starts. Constructed before its flight or solve, finished after; touches
+// that body's data only.
+class FastWatch {
+ public:
+  FastWatch(const core::StepContext& step, core::BodyIndex body);
+  // Marks the body kFast or not, and if it is, notes its start and how it turned. What contacts have
+  // sent spinning so fast that substeps could not follow (kLargeTurn) turns on from its start with
+  // the angular momentum that they gave it.
+  void finish(core::FastFlight flight);
+
+ private:
+  bool is_fast() const;
+  void note_turn(core::FastStart& start) const;
+
+  const core::StepContext& step_;
+  core::BodyIndex body_;
+  bool watched_;
+  core::BodyPose pose_;
+  core::BodyMotion motion_;
+};
+
+}  // namespace skerry::solver
