@@ -274,6 +274,7 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   if (second_first) std::swap(ia, ib);
   const Collider &a = step.colliders->rows[ia], &b = step.colliders->rows[ib];
   if (a.type >= ShapeType::plane) return kNever;  // no contact exists between these either
+  if (b.type == ShapeType::height_field) return kNever;  // contacts foresee these (fast_touch)
   const Vec3 origin = bodies.pose[a.body].center;
   Sweep sa = path_of(step, a.body, origin), sb = path_of(step, b.body, origin);
   const core::BodyMass &ma = bodies.mass[a.body], &mb = bodies.mass[b.body];

@@ -92,9 +92,12 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
     fast = true;
   }
   if (!fast) return kNoTouch;
+  const ShapeType type_a = step.colliders->rows[pair.a].type;
+  const ShapeType type_b = step.colliders->rows[pair.b].type;
+  // Nothing is swept against a height field: its contacts must foresee.
+  if (type_a == ShapeType::height_field || type_b == ShapeType::height_field) return kNoTouch;
   const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
-  const bool plane = step.colliders->rows[pair.a].type == ShapeType::plane ||
-                     step.colliders->rows[pair.b].type == ShapeType::plane;
+  const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
   return static_cast<float>(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
@@ -258,6 +261,7 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.friction_impulse = old.friction_impulse;
   manifold.twist_impulse = old.twist_impulse;
   manifold.rolling_impulse = old.rolling_impulse;
+  manifold.carried_impulse = old.carried_impulse;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -292,7 +296,7 @@ void place(const ContactPatch& patch, const V3f& linear, const V3f& angular, Man
 void clear_impulses(Manifold& manifold) {
   std::fill_n(manifold.normal_impulse, 4, 0.0f);
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
-  manifold.twist_impulse = 0;
+  manifold.twist_impulse = manifold.carried_impulse = 0;
 }
 
 // Puts the impulses of the manifold's points in the order of the patch's. False, and nothing done,

@@ -31,6 +31,7 @@ struct alignas(32) Manifold {
   float rolling_resistance = 0;   // m
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
   std::uint32_t feature[4] = {};  // of the points: which features touch; the same while they do
+  float carried_impulse = 0;  // N s, normal, of a mean point in a substep, over the last seconds
 };
 
 enum PairFlag : std::uint32_t {

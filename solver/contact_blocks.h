@@ -57,7 +57,8 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};               // between two dynamic bodies
   Softness soft_fixed = {};         // if one of them cannot be moved
-  float soft_load = 0;  // m/s: impulse per effective mass beyond which a contact gets no softer
+  float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
+  bool books = true;    // the relax pass adds its impulses to the sums over the step
 };
 
 // A core::Manifold as the kernels load and store it: rows of four floats.
@@ -81,6 +82,7 @@ struct alignas(64) LaneInput {
   const float* manifold[kMaxWidth];
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
   float offset[3][kMaxWidth];  // m, centre of b from centre of a
+  float carried[kMaxWidth];    // N s, Manifold::carried_impulse
   // Inverse mass per axis; for the full kinds alone.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
 };
@@ -162,6 +164,7 @@ struct alignas(64) ContactBlock {
   FullLanes<W, P, kFull> full;
   PointLanes<W, P> points;
   FrictionLanes<W, P> friction;
+  Lanes<W> carried;   // N s, of every point
   Lanes<W> approach;  // m/s
 };
 

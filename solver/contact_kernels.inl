@@ -219,6 +219,7 @@ struct KernelsOf {
     }
     NormalSum sum = {none, none, none};
     const F inv_h = L::set(pass.inv_substep);
+    const F carried = load(block.carried);
     for (int i = 0; i < P; ++i) {
       const M apart = L::less(none, s[i]);
       const F speculative = s[i] * inv_h;
@@ -230,7 +231,7 @@ struct KernelsOf {
         const F bias = L::select(apart, speculative, push);
         const F scale = L::select(apart, one, mass_scale);
         const F leak = L::select(apart, none, impulse_scale);
-        const F soft_load = L::min(old, mass * L::set(pass.soft_load));
+        const F soft_load = L::min(old - carried, mass * L::set(pass.soft_load));
         d = none - ((mass * scale) * (vn[i] + bias) + leak * soft_load);
       } else {
         d = none - mass * (vn[i] + L::select(apart, speculative, none));
@@ -301,18 +302,18 @@ struct KernelsOf {
       torque = {zero(), zero(), zero()};
     }
     if constexpr (kRelax) {
-      add_friction(block, f, linear, angular, sum, impulse, push, torque);
+      add_friction(pass, block, f, linear, angular, sum, impulse, push, torque);
     }
     apply(block, f.ca, f.cb, push, torque, a, b);
-    if constexpr (kRelax && kFull) roll(block, f, a, b, impulse);
+    if constexpr (kRelax && kFull) roll(pass, block, f, a, b, impulse);
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
   }
 
   template <int P, bool kFull>
-  SKERRY_LANE void add_friction(ContactBlock<W, P, kFull>& block, const Frame<P, kFull>& f,
-                                const V& linear, const V& angular, const NormalSum& sum,
-                                const F* impulse, V& push, V& torque) {
+  SKERRY_LANE void add_friction(const ContactPass& pass, ContactBlock<W, P, kFull>& block,
+                                const Frame<P, kFull>& f, const V& linear, const V& angular,
+                                const NormalSum& sum, const F* impulse, V& push, V& torque) {
     auto& friction = block.friction;
     F total = impulse[0];
     for (int i = 1; i < P; ++i) total = total + impulse[i];
@@ -333,12 +334,14 @@ struct KernelsOf {
     store(p2, friction.impulse[1]);
     const F d1 = p1 - old1, d2 = p2 - old2;
     push = add(push, add(mul(f.t1, d1), mul(f.t2, d2)));
-    accumulate(friction.sum[0], total);
-    accumulate(friction.sum[1], p1);
-    accumulate(friction.sum[2], p2);
-    if constexpr (kFull) {
-      for (int i = 0; i < P; ++i) {
-        store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
+    if (pass.books) {
+      accumulate(friction.sum[0], total);
+      accumulate(friction.sum[1], p1);
+      accumulate(friction.sum[2], p2);
+      if constexpr (kFull) {
+        for (int i = 0; i < P; ++i) {
+          store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
+        }
       }
     }
     if constexpr (P > 1) {
@@ -359,16 +362,18 @@ struct KernelsOf {
           L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
       store(twist, friction.impulse[2]);
       torque = add(torque, mul(f.n, twist - old));
-      accumulate(friction.sum[3], torque1);
-      accumulate(friction.sum[4], torque2);
-      accumulate(friction.sum[5], twist);
+      if (pass.books) {
+        accumulate(friction.sum[3], torque1);
+        accumulate(friction.sum[4], torque2);
+        accumulate(friction.sum[5], twist);
+      }
     }
   }
 
   // Rolling resistance: a torque about the tangents, up to coefficient (m) times the push.
   template <int P>
-  SKERRY_LANE void roll(ContactBlock<W, P, true>& block, const Frame<P, true>& f, Velocity& a,
-                        Velocity& b, const F* impulse) {
+  SKERRY_LANE void roll(const ContactPass& pass, ContactBlock<W, P, true>& block,
+                        const Frame<P, true>& f, Velocity& a, Velocity& b, const F* impulse) {
     auto& full = block.full;
     F total = impulse[0];
     for (int i = 1; i < P; ++i) total = total + impulse[i];
@@ -380,8 +385,10 @@ struct KernelsOf {
                p2);
     store(p1, full.rolling_impulse[0]);
     store(p2, full.rolling_impulse[1]);
-    accumulate(full.rolling_sum[0], p1);
-    accumulate(full.rolling_sum[1], p2);
+    if (pass.books) {
+      accumulate(full.rolling_sum[0], p1);
+      accumulate(full.rolling_sum[1], p2);
+    }
     const V torque = add(mul(f.t1, p1 - old1), mul(f.t2, p2 - old2));
     a.angular = sub(a.angular, mul(load_sym(block.inertia_a), torque));
     b.angular = add(b.angular, mul(load_sym(block.inertia_b), torque));
@@ -690,6 +697,7 @@ struct KernelsOf {
       }
     }
     store(L::sqrt(fastest), block.approach);
+    store(L::load(input.carried), block.carried);
     if constexpr (kFull) {
       gather_row(input, kRollingRow, tail);
       const V rolling = {tail[0], tail[1], tail[2]};

@@ -24,11 +24,22 @@ constexpr std::uint32_t kUnbounded = 0x7fffffff;
 // millimetre.
 constexpr float kImpactSpeed = 0.05f;  // m/s
 
-// A contact softens under load up to this impulse per effective mass and substep; what it carries
-// beyond that it carries rigidly. Ordinary piles stay below (the lowest contacts of a pyramid of 100
-// rows reach it); a box under a thousand times its weight would sink in by a quarter of its side.
-// Measured: 2 m/s makes that pyramid restless, 5 m/s calms it (1035 J after 200 steps, not 3204 J).
-constexpr float kSoftLoad = 5;  // m/s
+// A contact gives way to what its load differs from the load that it has carried lately: enough to
+// damp the slow waves of tall piles, which warm starting alone leaves ringing, and too slow to let
+// what rests sink (docs/decisions/0005).
+constexpr double kCarryTime = 2;  // s
+
+// It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
+// many times the body's weight has become the usual one, the body must sink in by no more than this
+// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
+constexpr double kSoftLoad = 1200;  // m/s^2
+
+// See effort_of.
+constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
+constexpr double kRestsOn = 0.3;      // cosine of the normal and gravity
+constexpr double kRatioPerPass = 32;  // mass ratio
+constexpr std::uint8_t kMostEffort = 5;
+constexpr std::uint64_t kEffortBudget = 8192;  // contacts times passes of an island
 
 template <class T>
 void grow(std::vector<T>& v, std::size_t count) {
@@ -98,6 +109,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
   collect_contacts();
+  set_efforts();
   set_constants();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
@@ -167,11 +179,49 @@ void GroupSolver::collect_contacts() {
     const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
     contacts_[i] = {{offset.x(), offset.y(), offset.z()},
                     refs[i].manifold,
-                    kind_of(manifold, row_a_[i], row_b_[i])};
+                    kind_of(manifold, row_a_[i], row_b_[i]),
+                    0};
     has_bounces_ = has_bounces_ || manifold.restitution > 0;
   }
   joints_.collect(*step_, group_.first, group_.count,
                   [this](BodyIndex body) { return row_of(body); });
+}
+
+void GroupSolver::set_efforts() {
+  efforts_ = 1;
+  std::uint32_t begin = 0;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
+    const std::uint8_t effort = effort_of(begin, end);
+    for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
+    efforts_ = std::max(efforts_, effort + 1u);
+    begin = end;
+  }
+}
+
+// Where a heavy body rests on a light one, a pass carries no more than the light one's share of the
+// load, and warm starting builds it up only over (mass ratio) passes: meanwhile the heavy body sinks
+// by about g h^2 times that. More passes, for that island alone, keep this small.
+std::uint8_t GroupSolver::effort_of(std::uint32_t begin, std::uint32_t end) const {
+  const Bodies& bodies = *step_->bodies;
+  const Vec3& gravity = step_->settings->gravity;
+  double heaviest = 0, lightest = 1e300;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    if (row_a_[i] - 1 >= body_count_ || row_b_[i] - 1 >= body_count_) continue;
+    const double a = bodies.mass[body_[row_a_[i]]].mass, b = bodies.mass[body_[row_b_[i]]].mass;
+    if (a < kHeavyOnLight * b && b < kHeavyOnLight * a) continue;
+    const V3f normal = step_->contacts->manifolds[contacts_[i].manifold].normal;
+    const double down = gravity.dot(to_double(normal));  // positive: b lies below a
+    if ((a > b ? down : -down) <= kRestsOn * gravity.norm()) continue;
+    heaviest = std::max(heaviest, std::max(a, b));
+    lightest = std::min(lightest, std::min(a, b));
+  }
+  std::uint8_t effort = 0;
+  while (effort < kMostEffort && heaviest > kRatioPerPass * lightest * (1 << effort) &&
+         (std::uint64_t{end - begin} << (effort + 1)) <= kEffortBudget) {
+    ++effort;
+  }
+  return effort;
 }
 
 ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
@@ -222,19 +272,23 @@ void GroupSolver::set_constants() {
   pass_.max_push = static_cast<float>(settings.max_push_velocity);
   pass_.restitution_threshold = static_cast<float>(settings.restitution_threshold);
   const double hertz = std::min(settings.contact_hertz, 0.25 / h);
-  pass_.soft_load = kSoftLoad;
+  pass_.soft_load = static_cast<float>(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   pass_.soft_fixed = soft(2 * hertz, settings.contact_damping_ratio, h);
+  carry_part_ = static_cast<float>(std::min(1.0, step_->dt / kCarryTime));
+  unbooked_pass_ = pass_;
+  unbooked_pass_.books = false;
 }
 
-// Counting sort by (colour, kind), stable, each bucket padded to whole blocks.
+// Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
-  const std::size_t buckets = std::size_t{colouring_.colours} * kContactKinds;
+  const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
   core::refill(bucket_, buckets + 1, 0u);
   const auto key = [this](std::uint32_t contact) {
-    return colouring_.colour[contact] * kContactKinds +
-           static_cast<std::uint32_t>(contacts_[contact].kind);
+    const Contact& c = contacts_[contact];
+    return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
+           static_cast<std::uint32_t>(c.kind);
   };
   for (std::uint32_t i = 0; i < contact_count_; ++i) ++bucket_[key(i)];
   std::uint32_t first = 0;
@@ -253,7 +307,7 @@ void GroupSolver::make_chunks() {
   colour_chunks_.assign(1, 0);
   std::size_t memory = 0;
   std::uint32_t lane = 0;
-  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+  for (std::uint32_t colour = 0; colour < efforts_ * colouring_.colours; ++colour) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       // After sorting bucket_ holds the end of each bucket's contacts.
       const std::uint32_t end = bucket_[colour * kContactKinds + kind];
@@ -286,9 +340,15 @@ void GroupSolver::add_phase(Op op) {
 }
 
 void GroupSolver::add_colours(Op op) {
-  for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
-    const std::uint32_t first = colour_chunks_[colour];
-    phases_.push_back({op, first, colour_chunks_[colour + 1] - first, substep_});
+  for (std::uint32_t effort = 0; effort < efforts_; ++effort) {
+    const std::uint32_t passes = op == Op::solve || op == Op::relax ? 1u << effort : 1u;
+    for (std::uint32_t pass = 0; pass < passes; ++pass) {
+      for (std::uint32_t colour = 0; colour < colouring_.colours; ++colour) {
+        const std::uint32_t* chunk = &colour_chunks_[effort * colouring_.colours + colour];
+        if (chunk[1] == chunk[0]) continue;
+        phases_.push_back({op, chunk[0], chunk[1] - chunk[0], substep_, pass + 1 == passes});
+      }
+    }
   }
 }
 
@@ -362,14 +422,14 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
     case Op::store_joints:
       return run_joints(p, block);
     default:
-      return run_contacts(p.op, chunks_[p.first + block]);
+      return run_contacts(p, chunks_[p.first + block]);
   }
 }
 
-void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
+void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = block_memory() + chunk.memory;
-  switch (op) {
+  switch (phase.op) {
     case Op::prepare:
       return prepare_chunk(chunk);
     case Op::warm_start:
@@ -377,7 +437,7 @@ void GroupSolver::run_contacts(Op op, const Chunk& chunk) {
     case Op::solve:
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
-      return kernel.relax(pass_, blocks, chunk.count);
+      return kernel.relax(phase.books ? pass_ : unbooked_pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
     default:
@@ -498,8 +558,7 @@ void GroupSolver::gather_body(std::uint32_t row) {
   spin.linear_factor = damping_factor(mass.linear_damping);
   spin.angular_factor = damping_factor(mass.angular_damping);
   // What turns so far in a step turns exactly, after its impacts (FastWatch).
-  const bool turns_later =
-      (flags & kContinuous) && motion.angular.norm() * step_->dt > kLargeTurn;
+  const bool turns_later = (flags & kContinuous) && motion.angular.norm() * step_->dt > kLargeTurn;
   spin.gyroscopic = isotropic || turns_later || (flags & kLockMask) ? 0.0f : 1.0f;
 
   ledger_[row] = {};
@@ -545,6 +604,7 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   for (int k = 0; k < 3; ++k) {
     input.offset[k][lane] = padding ? 0.0f : static_cast<float>(contacts_[index].offset[k]);
   }
+  input.carried[lane] = manifold.carried_impulse;
 }
 
 void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
@@ -585,6 +645,10 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   const Vec3 push = to_double(push_row.v), torque_a = to_double(torque_row.v);
   const bool pushed = push_row.s > 0;
   const bool impact = pushed && torque_row.s > kImpactSpeed;
+  Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
+  const float* n = manifold.normal_impulse;
+  const float mean = ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count);
+  manifold.carried_impulse += carry_part_ * (mean - manifold.carried_impulse);
   const auto add = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
     if (row - 1 >= body_count_) return;
     Ledger& ledger = ledger_[row];
@@ -593,6 +657,7 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
       ledger.angular_impulse[k] += sign * torque[k];
     }
     ledger.pushed = ledger.pushed || pushed;
+    if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
   const double* offset = contacts_[index].offset;
@@ -658,8 +723,8 @@ void GroupSolver::finish_body(std::uint32_t row) {
 
   // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
   // back where the change is the work of forces; an impact's place is exact as it is.
-  const Vec3 change = after.linear - motion.linear;
-  const Vec3 turn_change = after.angular - motion.angular;
+  const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
+  const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
   const double limit = static_cast<double>(outlook.smooth_change);
   if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;

@@ -12,6 +12,7 @@
 #include "core/step_context.h"
 #include "solver/colouring.h"
 #include "solver/contact_blocks.h"
+#include "solver/held_directions.h"
 #include "solver/joint_solver.h"
 #include "solver/solver_body.h"
 
@@ -56,6 +57,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     std::uint32_t first;  // chunk of contacts or joints
     std::uint32_t blocks;
     std::uint32_t substep;
+    bool books = true;  // see ContactPass
   };
   // Consecutive lane blocks of one colour and kind.
   struct Chunk {
@@ -68,6 +70,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   struct alignas(64) Ledger {
     double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
     bool pushed = false, impact = false;
+    HeldDirections held;
   };
   // What becomes of a body without contacts.
   struct Outlook {
@@ -80,6 +83,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     double offset[3];  // m, centre of b from centre of a
     std::uint32_t manifold;
     ContactKind kind;
+    std::uint8_t effort;  // its island's: 2^effort passes instead of one
   };
   struct alignas(64) Memory {
     std::byte bytes[64];
@@ -88,6 +92,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_constants();
   void assign_rows();
   void collect_contacts();
+  void set_efforts();
+  std::uint8_t effort_of(std::uint32_t begin, std::uint32_t end) const;
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
                       std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
@@ -114,16 +120,17 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_velocities(std::uint32_t begin, std::uint32_t end, std::uint32_t substep);
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
-  void run_contacts(Op op, const Chunk& chunk);
+  void run_contacts(const Phase& phase, const Chunk& chunk);
 
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_;
+  ContactPass pass_, unbooked_pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false, has_locks_ = false;
+  float carry_part_ = 0;  // of the way to the present load that Manifold::carried_impulse goes
 
   std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;
@@ -140,10 +147,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
-  std::vector<std::uint32_t> bucket_;  // [colour * kContactKinds + kind] first lane
+  std::uint32_t efforts_ = 1;          // one more than the highest of the group
+  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind)] first lane
   std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
   std::vector<Chunk> chunks_;
-  std::vector<std::uint32_t> colour_chunks_;  // [colours + 1] first chunk
+  std::vector<std::uint32_t> colour_chunks_;  // [(effort, colour) + 1] first chunk
   std::vector<Memory> memory_;
   std::byte* block_memory() { return reinterpret_cast<std::byte*>(memory_.data()); }
   std::vector<Phase> phases_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "tests/support/bodies.h"
 #include "tests/support/every_mode.h"
@@ -100,11 +101,13 @@ Stop slide_to_rest(double heading, double dt) {
   const BodyId box = add_box(world, {0, 0.5, 0}, {0.5, 0.5, 0.5}, 0.5);
   for (int n = 0; n < 60; ++n) world.step(dt);  // settle
   const Vec3 start = world.pose(box).position;
-  world.set_velocity(box, 5 * Vec3(std::cos(heading), 0, std::sin(heading)), Vec3::Zero());
+  const Vec3 forward(std::cos(heading), 0, std::sin(heading));
+  world.set_velocity(box, 5 * forward, Vec3::Zero());
   double time = 0, speed = 5;
   while (time < 3) {
     world.step(dt);
-    const double now = world.linear_velocity(box).norm();
+    // Forward alone: as its friction ends the box rocks back at about 1 cm/s.
+    const double now = world.linear_velocity(box).dot(forward);
     if (now < 1e-2) {
       time += dt * std::min(1.0, speed / std::max(speed - now, 1e-9));
       break;
@@ -202,10 +205,39 @@ TEST_P(BothSteps, a_light_box_carries_a_hundred_times_its_weight) {
   EXPECT_LT(sink_of_heavy_on_light(10, dt()), 0.05);
   EXPECT_LT(sink_of_heavy_on_light(100, dt()), 0.05);
 }
-// A thousand to one holds with 0.135 m of sinking at 240 Hz, short of the 0.05 m that we want; at
-// 60 Hz the heavy box slides off (docs/accuracy.md).
-TEST(Analytic, a_light_box_carries_a_thousand_times_its_weight_at_240_hz) {
-  EXPECT_LT(sink_of_heavy_on_light(1000, 1.0 / 240), 0.2);
+TEST_P(BothSteps, a_light_box_carries_a_thousand_times_its_weight) {
+  EXPECT_LT(sink_of_heavy_on_light(1000, dt()), 0.05);
+}
+
+// A12. A stack of ten at rest neither sinks nor drifts. At 240 Hz it may sway: docs/accuracy.md.
+TEST(Analytic, a_stack_of_ten_stands_still_for_a_minute_at_60_hz) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 10; ++i) {
+    boxes.push_back(add_box(world, {0, 0.5 + i, 0}, {0.5, 0.5, 0.5}, 0.6, 1000));
+  }
+  for (int n = 0; n < 3600; ++n) world.step(1.0 / 60);
+  for (int i = 0; i < 10; ++i) {
+    const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
+    EXPECT_LT((at - Vec3(0, 0.5 + i, 0)).norm(), 1e-3) << i;
+  }
+  EXPECT_LT(world.measure().kinetic_energy, 1e-3);
+}
+
+// Sixteen boxes, each a few centimetres beside the one below, dropped on each other.
+TEST_P(BothSteps, a_tower_that_lands_crooked_stands) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < 16; ++i) {
+    const Vec3 at(0.05 * std::sin(13.0 * i), 1 + 1.2 * i, 0.05 * std::cos(78.0 * i));
+    boxes.push_back(add_box(world, at, {0.5, 0.5, 0.5}, 0.6, 1000));
+  }
+  run(world, 12);
+  for (int i = 0; i < 16; ++i) {
+    EXPECT_NEAR(world.pose(boxes[static_cast<std::size_t>(i)]).position.y(), 0.5 + i, 0.02) << i;
+  }
 }
 
 }  // namespace
