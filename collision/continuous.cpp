@@ -273,7 +273,7 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   const bool second_first = !is_convex(ia) || (is_convex(ib) && !is_fast(bodies, pair.body_a));
   if (second_first) std::swap(ia, ib);
   const Collider &a = step.colliders->rows[ia], &b = step.colliders->rows[ib];
-  if (a.type >= ShapeType::plane) return kNever;  // no contact exists between these either
+  if (a.type >= ShapeType::plane) return kNever;         // no contact exists between these either
   if (b.type == ShapeType::height_field) return kNever;  // contacts foresee these (fast_touch)
   const Vec3 origin = bodies.pose[a.body].center;
   Sweep sa = path_of(step, a.body, origin), sb = path_of(step, b.body, origin);

@@ -40,8 +40,7 @@ struct PatchSet {
 
 // Leaves out the points of a fast pair that are farther apart than `touch` and come together fast.
 // Where those meet, if they do, continuous collision finds out. `linear`, `angular`: see Query.
-void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
-                   const V3f& angular);
+void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear, const V3f& angular);
 
 // Writes patches into the pair's manifolds: impulses are carried over from the manifolds they
 // replace by feature, or, for points whose feature is new, from the nearest point that is left.

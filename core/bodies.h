@@ -63,8 +63,6 @@ struct alignas(64) BodyMass {
   Mat3 inv_inertia_b = Mat3::Zero();  // kg^-1 m^-2 about the centre, body axes
   Vec3 local_center = Vec3::Zero();   // m, centre of mass in the body frame
   Mat3 inertia_b = Mat3::Zero();      // kg m^2, inverse of inv_inertia_b
-  double inner_radius = 0;            // m, of the smallest ball inside one of the solid shapes
-  double turn_radius = 0;             // m, how far a turn by one radian can move a point of them
 };
 
 struct BodyForce {

@@ -32,7 +32,14 @@ enum class Data : std::uint64_t {
 };
 
 // How a stage's work splits.
-enum class Per : jobs::Domain { step = jobs::kOnce, body, moved_collider, pair, island_group, fast_pair };
+enum class Per : jobs::Domain {
+  step = jobs::kOnce,
+  body,
+  moved_collider,
+  pair,
+  island_group,
+  fast_pair
+};
 
 // Builds the table. The context of a run is a WorldData.
 jobs::TaskGraph describe_step();

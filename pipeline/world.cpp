@@ -289,8 +289,7 @@ Vec3 World::joint_torque(JointId joint) const {
   require(*impl_, joint);
   return impl_->joints.rows[joint.index].torque;
 }
-void World::set_joint_limits(JointId joint, JointCoordinate coordinate,
-                             const JointLimits& limits) {
+void World::set_joint_limits(JointId joint, JointCoordinate coordinate, const JointLimits& limits) {
   require_idle(*impl_, "set_joint_limits");
   pipeline::set_joint_limits(*impl_, joint, coordinate, limits);
 }

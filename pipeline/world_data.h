@@ -70,7 +70,7 @@ struct WorldData {
   bool rows_stale = true;              // bodies came or went
   std::vector<ContactEvent> events;
   std::vector<ContactEvent> pending_end_events;  // of bodies removed since the last step
-  std::vector<JointBroken> broken;  // in the last step
+  std::vector<JointBroken> broken;               // in the last step
   SnapshotBuffer snapshots;
   QueryPictures queries;
 };
