@@ -27,7 +27,7 @@ Box random_box(Random& random) {
 // b's centre is put along a random direction so that the gap along it is what is wanted: by turns
 // about to touch, touching, shallow, deep.
 BoxPair random_pair(Random& random, int kind) {
-  BoxPair pair{random_box(random), random_box(random), at(random.in_box(2), random.rotation()), {}};
+  BoxPair pair{random_box(random), random_box(random), random.pose(2), {}};
   pair.pose_b = at(pair.pose_a.position, pair.pose_a.orientation * random.resting_rotation());
   if (kind % 3 == 0) pair.b.half_extents = pair.a.half_extents;
   const Vec3 n = kind % 2 == 0 ? Vec3(pair.pose_a.orientation * Vec3::UnitY()) : random.unit();
@@ -159,9 +159,8 @@ TEST(NarrowphaseBox, stacks_keep_four_points_and_their_features_under_micro_moti
     scene.pair(a, b);
     std::set<std::uint32_t> first;
     for (int step = 0; step < 50; ++step) {
-      const Pose shaken =
-          at(random.in_box(2e-6) + offset + Vec3(0, 0.5 + size - 0.002, 0),
-             turned(random.uniform(-2e-6, 2e-6), random.unit()) * turned(yaw, {0, 1, 0}));
+      const Pose shaken{random.in_box(2e-6) + offset + Vec3(0, 0.5 + size - 0.002, 0),
+                        random.small_turn(2e-6) * turned(yaw, {0, 1, 0})};
       scene.set_pose(b, shaken);
       scene.collide();
       ASSERT_EQ(scene.contact().manifold_count, 1) << "stack " << i;

@@ -22,7 +22,10 @@ ShapeGeometry random_shape(const std::string& name, Random& random) {
     return Ellipsoid{.semi_axes = {radius(random), radius(random), radius(random)}};
   ConvexHull hull;
   const int count = static_cast<int>(random.uniform(6, 20));
-  for (int i = 0; i < count; ++i) hull.points.push_back(radius(random) * random.unit());
+  for (int i = 0; i < count; ++i) {
+    const double length = radius(random);
+    hull.points.push_back(length * random.unit());
+  }
   // The origin well inside.
   for (int i = 0; i < 3; ++i)
     for (const double sign : {-0.3, 0.3}) hull.points.push_back(sign * Vec3::Unit(i));
@@ -42,7 +45,7 @@ using Names = std::pair<const char*, const char*>;
 class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
  protected:
   void place(Random& random, int i) {
-    pose_a_ = at(random.in_box(2), random.rotation());
+    pose_a_ = random.pose(2);
     pose_b_ = at(pose_a_.position, pose_a_.orientation * random.resting_rotation());
     const Vec3 n = i % 2 == 0 ? Vec3(pose_a_.orientation * Vec3::Unit(i / 2 % 3)) : random.unit();
     constexpr double kGaps[] = {0.003, 0, -0.002, -0.03, -0.2};

@@ -21,7 +21,10 @@ using core::V3f;
 ConvexHull random_hull(Random& random, int least, int most) {
   ConvexHull hull;
   const int count = static_cast<int>(random.uniform(least, most));
-  for (int i = 0; i < count; ++i) hull.points.push_back(random.uniform(0.3, 0.8) * random.unit());
+  for (int i = 0; i < count; ++i) {
+    const double length = random.uniform(0.3, 0.8);
+    hull.points.push_back(length * random.unit());
+  }
   for (int i = 0; i < 3; ++i)
     for (const double sign : {-0.3, 0.3}) hull.points.push_back(sign * Vec3::Unit(i));
   return hull;
@@ -37,7 +40,8 @@ class RandomQuery {
     query.b = kind % 3 == 0 ? room_.box({0.4f, 0.5f, 0.3f}) : b_->lanes->view;
     const Quat q = kind % 5 == 0 ? Quat(Quat::Identity()) : random.rotation();
     query.rotation = core::to_matrix(core::to_float(q));
-    query.offset = core::to_float(Vec3(random.uniform(0, 1.6) * random.unit()));
+    const double distance = random.uniform(0, 1.6);
+    query.offset = core::to_float(Vec3(distance * random.unit()));
     query.margin = 0.1f;
     query.tolerance = 3e-4f;
   }

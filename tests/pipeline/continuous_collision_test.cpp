@@ -26,6 +26,10 @@ class Random {
     while (v.squaredNorm() > 1 || v.squaredNorm() < 1e-4);
     return v.normalized();
   }
+  Vec3 up_to(double length) {
+    const double l = in(0, length);
+    return l * on_sphere();
+  }
   Quat rotation() {
     const Vec3 axis = on_sphere();
     return Quat(Eigen::AngleAxisd(in(0, 2 * kPi), axis));
@@ -86,8 +90,8 @@ TEST_P(ThinWall, stops_every_bullet_of_a_thousand_random_aims) {
   for (int i = 0; i < 1000; ++i) {
     World world({.gravity = {0, 0, 0}});
     world.add_body({.type = BodyType::fixed, .shapes = {GetParam().make()}});
-    const Vec3 from(random.in(-7, -0.05), random.in(-2, 2), random.in(-2, 2));
-    const Vec3 to(0, random.in(-2, 2), random.in(-2, 2));
+    const Vec3 from{random.in(-7, -0.05), random.in(-2, 2), random.in(-2, 2)};
+    const Vec3 to{0, random.in(-2, 2), random.in(-2, 2)};
     const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.01}},
                                         .position = from,
                                         .linear_velocity = 300 * (to - from).normalized()});
@@ -131,8 +135,8 @@ TEST(ContinuousCollision, tumbling_shapes_of_every_kind_do_not_pass_any_wall) {
     for (int i = 0; i < 210; ++i) {
       World world;
       world.add_body({.type = BodyType::fixed, .shapes = {wall()}});
-      const Vec3 from(random.in(-5, -0.3), random.in(-1, 1), random.in(-1, 1));
-      const Vec3 to(0, random.in(-1, 1), random.in(-1, 1));
+      const Vec3 from{random.in(-5, -0.3), random.in(-1, 1), random.in(-1, 1)};
+      const Vec3 to{0, random.in(-1, 1), random.in(-1, 1)};
       const BodyId body = world.add_body({.shapes = {bullet_shape(i)},
                                           .position = from,
                                           .orientation = random.rotation(),
@@ -181,8 +185,8 @@ TEST(ContinuousCollision, a_fast_box_does_not_pass_a_mesh) {
     World world;
     world.add_body(
         {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = flat_mesh(40, 0.25)}}});
-    const Vec3 from(random.in(-2, 2), random.in(0.5, 6), random.in(-2, 2));
-    const Vec3 to(random.in(-2, 2), 0, random.in(-2, 2));
+    const Vec3 from{random.in(-2, 2), random.in(0.5, 6), random.in(-2, 2)};
+    const Vec3 to{random.in(-2, 2), 0, random.in(-2, 2)};
     const BodyId box = world.add_body({.shapes = {Box{.half_extents = {0.1, 0.2, 0.3}}},
                                        .position = from,
                                        .orientation = random.rotation(),
@@ -199,7 +203,7 @@ TEST(ContinuousCollision, bullets_meet_head_on_in_flight) {
   Random random(8);
   for (int i = 0; i < 200; ++i) {
     World world({.gravity = {0, 0, 0}});
-    const Vec3 middle(random.in(-50, 50), random.in(-50, 50), random.in(-50, 50));
+    const Vec3 middle{random.in(-50, 50), random.in(-50, 50), random.in(-50, 50)};
     const Vec3 along = random.on_sphere();
     const double near = random.in(0.5, 6), far = random.in(0.5, 6);
     const double v1 = random.in(100, 400), v2 = v1 * far / near;
@@ -459,7 +463,7 @@ TEST(ContinuousCollision, works_a_thousand_kilometres_from_the_origin) {
     world.add_body({.type = BodyType::fixed,
                     .shapes = {Box{.half_extents = {0.0005, 3, 3}}},
                     .position = far});
-    const Vec3 from(random.in(-6, -0.05), random.in(-1, 1), random.in(-1, 1));
+    const Vec3 from{random.in(-6, -0.05), random.in(-1, 1), random.in(-1, 1)};
     const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.01}},
                                         .position = far + from,
                                         .linear_velocity = 300 * (-from).normalized()});
@@ -498,8 +502,8 @@ TEST_P(EveryMode, gives_the_serial_bits_among_fast_bodies) {
       world.add_body({.shapes = {bullet_shape(i)},
                       .position = {random.in(-4, 4), random.in(1, 9), random.in(-4, 4)},
                       .orientation = random.rotation(),
-                      .linear_velocity = random.in(0, 150) * random.on_sphere(),
-                      .angular_velocity = random.in(0, 100) * random.on_sphere(),
+                      .linear_velocity = random.up_to(150),
+                      .angular_velocity = random.up_to(100),
                       .restitution = 0.5});
     std::vector<std::uint64_t> out;
     for (int n = 0; n < 60; ++n) {
