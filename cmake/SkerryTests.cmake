@@ -32,6 +32,21 @@ function(skerry_add_tests FOLDER)
   skerry_discover(${target} "${stress}-${tsan}" ${stress_timeout} "${FOLDER}-stress")
 endfunction()
 
+# Sanitizers of clang 14 die at start on kernels that spread addresses further than they know of
+# (sysctl vm.mmap_rnd_bits above 28), so their tests run without address randomisation wherever that
+# may be turned off; some containers forbid it.
+if(SKERRY_SANITIZE AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
+  find_program(SKERRY_SETARCH setarch)
+  mark_as_advanced(SKERRY_SETARCH)
+  if(SKERRY_SETARCH)
+    execute_process(COMMAND "${SKERRY_SETARCH}" -R ${CMAKE_COMMAND} -E true
+                    RESULT_VARIABLE refused OUTPUT_QUIET ERROR_QUIET)
+    if(NOT refused)
+      set(CMAKE_CROSSCOMPILING_EMULATOR "${SKERRY_SETARCH}" -R)
+    endif()
+  endif()
+endif()
+
 function(skerry_discover TARGET FILTER TIMEOUT LABELS)
   math(EXPR timeout "${TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
   gtest_discover_tests(${TARGET}
