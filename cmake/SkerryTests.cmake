@@ -1,3 +1,6 @@
+# The programs that hold tests with label tsan.
+add_custom_target(skerry_tsan_tests)
+
 # skerry_add_tests(core [LIBS ...]): program skerry_test_core from the *.cpp beside it.
 function(skerry_add_tests FOLDER)
   cmake_parse_arguments(PARSE_ARGV 1 TEST "" "TIMEOUT" "LIBS;EXCLUDE_SOURCES")
@@ -24,6 +27,12 @@ function(skerry_add_tests FOLDER)
     target_precompile_headers(${target} REUSE_FROM skerry_test_test_support)
   endif()
 
+  foreach(source IN LISTS sources)
+    file(STRINGS "${source}" named REGEX "StdThread|std_thread" LIMIT_COUNT 1)
+    if(named)
+      add_dependencies(skerry_tsan_tests ${target})
+    endif()
+  endforeach()
   set(tsan "*StdThread*:*std_thread*")
   set(stress "*Stress*:*stress*")
   skerry_discover(${target} "-${tsan}:${stress}" ${TEST_TIMEOUT} "${FOLDER}")
@@ -50,7 +59,7 @@ endif()
 function(skerry_discover TARGET FILTER TIMEOUT LABELS)
   math(EXPR timeout "${TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
   gtest_discover_tests(${TARGET}
-    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 300
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
     PROPERTIES TIMEOUT ${timeout} LABELS "${LABELS}")
 endfunction()
