@@ -6,6 +6,7 @@
 #include "core/vec.h"
 #include "tests/collision/narrowphase_fixture.h"
 #include "tests/collision/narrowphase_oracle.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::test {
 namespace {
@@ -66,8 +67,8 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
 TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
   Random random(7);
   int contacts = 0, overlaps = 0;
-  constexpr int kShapes = 20, kPoses = 100;
-  for (int shape = 0; shape < kShapes; ++shape) {
+  const int shapes = rounds(20), poses = 100;
+  for (int shape = 0; shape < shapes; ++shape) {
     a_ = random_shape(GetParam().first, random);
     b_ = random_shape(GetParam().second, random);
     scene_ = PairScene();
@@ -75,7 +76,7 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     scene_.add(b_, {});
     scene_.pair(0, 1);
     const double least = std::min(size(a_), size(b_));
-    for (int i = 0; i < kPoses; ++i) {
+    for (int i = 0; i < poses; ++i) {
       SCOPED_TRACE("shapes " + std::to_string(shape) + " pose " + std::to_string(i));
       place(random, i);
       collide();
@@ -99,7 +100,7 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     }
   }
   EXPECT_GT(contacts, overlaps * 0.95);
-  EXPECT_GT(overlaps, kShapes * kPoses / 7);
+  EXPECT_GT(overlaps, shapes * poses / 7);
 }
 
 TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {
