@@ -89,6 +89,8 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
   stop_ = options.stop;
   name_ = options.name;
   by_stage_ = false;
+  first_shared_ = 0;
+  counted_ = kNone;
   failure_ = nullptr;
   stop_seen_ = false;
   cancelled_.store(false, std::memory_order_relaxed);
@@ -97,7 +99,7 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
 
 void GraphRun::run_here() {
   const Inside inside(this);
-  running_.store(true, std::memory_order_seq_cst);
+  if (run_alone() == graph_->stages().size()) return;
   Released released;
   release_roots(released, true);
   if (released.wide) invite(released.opened_chunks - (released.here ? 0 : 1), released.wide);
@@ -114,14 +116,44 @@ void GraphRun::start_away() {
   if (released.opened_chunks > 0) invite(released.opened_chunks, name);
 }
 
+// All stages before the returned one have run here, one after the other, without a claim or a count
+// that threads share: none of them had two chunks. Phase programs in them find helpers.
+std::uint32_t GraphRun::run_alone() {
+  const auto stages = static_cast<std::uint32_t>(graph_->stages().size());
+  running_.store(true, std::memory_order_seq_cst);
+  std::uint32_t stage = 0;
+  for (; stage < stages; ++stage) {
+    if (graph_->chain_head(stage) != stage) continue;  // has run behind its head
+    if (count_chunks(stage) > 1) break;
+    for (const std::uint32_t link : graph_->chain(stage)) run_stage_alone(link);
+  }
+  first_shared_ = stage;
+  counted_ = stage;
+  if (stage == stages) end_run();
+  return stage;
+}
+
+void GraphRun::run_stage_alone(std::uint32_t stage) {
+  if (state(stage).chunks > 0) run_kernel(stage, 0, 0);
+  for (const std::uint32_t head : graph_->successors(stage)) {
+    auto& waiting = state(head).waiting;
+    waiting.store(waiting.load(std::memory_order_relaxed) - 1, std::memory_order_relaxed);
+  }
+  stages_left_.store(stages_left_.load(std::memory_order_relaxed) - 1, std::memory_order_relaxed);
+}
+
 // Releases the stages that wait for nothing. The count of stages left starts one too high, so that
 // the run cannot end half way through this.
 void GraphRun::release_roots(Released& released, bool may_keep) {
   const auto stages = static_cast<std::uint32_t>(graph_->stages().size());
-  for (std::uint32_t i = 0; i < stages; ++i) {
-    const bool is_root = graph_->chain_head(i) == i && graph_->wait_count(i) == 0;
-    if (is_root) release(i, released, may_keep);
+  roots_
+      .clear();  // all of them before the first release: others come to wait for nothing meanwhile
+  for (std::uint32_t i = first_shared_; i < stages; ++i) {
+    if (graph_->chain_head(i) != i || state(i).waiting.load(std::memory_order_relaxed) > 0)
+      continue;
+    roots_.push_back(i);
   }
+  for (const std::uint32_t root : roots_) release(root, released, may_keep);
   if (stages_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) end_run();
 }
 
@@ -150,13 +182,14 @@ std::uint32_t GraphRun::open_stage(std::uint32_t stage) {
   const std::uint32_t chunks = chunk_count(stage, items);
   state(stage).items = items;
   state(stage).chunks = chunks;
-  state(stage).unfinished.store(chunks, std::memory_order_relaxed);
   recorder_.items(stage, items);
   if (chunks == 0) return 0;
   running_.store(true, std::memory_order_seq_cst);
   if (chunks == 1) {
-    run_from({stage, 0}, 0);
+    run_kernel(stage, 0, 0);
+    end_run();
   } else {
+    state(stage).unfinished.store(chunks, std::memory_order_relaxed);
     open(stage);
   }
   return chunks;
@@ -367,17 +400,23 @@ void GraphRun::finish_stage(std::uint32_t stage, Released& released, bool may_ke
   if (stages_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) end_run();
 }
 
-// Everything the chain waits for is finished: opens it, or keeps it for this thread.
-void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
+// The items of a chain, asked once; returns its number of chunks.
+std::uint32_t GraphRun::count_chunks(std::uint32_t head) {
   const std::uint32_t items = item_count(head);
   const std::uint32_t chunks = chunk_count(head, items);
-  const auto chain = graph_->chain(head);
-  for (const std::uint32_t stage : chain) {
+  for (const std::uint32_t stage : graph_->chain(head)) {
     state(stage).items = items;
     state(stage).chunks = chunks;
     state(stage).unfinished.store(chunks, std::memory_order_relaxed);
     recorder_.items(stage, items);
   }
+  return chunks;
+}
+
+// Everything the chain waits for is finished: opens it, or keeps it for this thread.
+void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
+  const std::uint32_t chunks = head == counted_ ? state(head).chunks : count_chunks(head);
+  const auto chain = graph_->chain(head);
   if (chunks == 0) {
     // The last of these may end the run.
     for (std::size_t i = 0, count = chain.size(); i < count; ++i) {

@@ -131,10 +131,13 @@ class GraphRun final : private TeamHost {
   std::optional<Work> finish_chunks(std::uint32_t stage, std::uint32_t count, bool may_keep);
   void finish_stage(std::uint32_t stage, Released& released, bool may_keep);
   void release(std::uint32_t head, Released& released, bool may_keep);
+  std::uint32_t run_alone();
+  void run_stage_alone(std::uint32_t stage);
   void release_roots(Released& released, bool may_keep);
   void open(std::uint32_t stage);
   void end_run();
   std::uint32_t item_count(std::uint32_t stage);
+  std::uint32_t count_chunks(std::uint32_t head);
   std::uint32_t chunk_count(std::uint32_t stage, std::uint32_t items) const;
   StageState& state(std::uint32_t stage) {
     return board_.load(std::memory_order_acquire)->states[stage];
@@ -163,6 +166,10 @@ class GraphRun final : private TeamHost {
   std::stop_token stop_;
   const char* name_ = nullptr;
   bool by_stage_ = false;
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::uint32_t first_shared_ = 0;    // the stages before it have run on the caller alone
+  std::uint32_t counted_ = kNone;     // the stage whose chunks run_alone() has counted ahead
+  std::vector<std::uint32_t> roots_;  // scratch of release_roots()
 
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
