@@ -7,6 +7,7 @@
 
 #include "tests/support/bodies.h"
 #include "tests/support/every_mode.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::test {
 namespace {
@@ -87,7 +88,7 @@ class ThinWall : public testing::TestWithParam<Wall> {};
 TEST_P(ThinWall, stops_every_bullet_of_a_thousand_random_aims) {
   Random random(11);
   int passed = 0, unmoved = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < rounds(1000); ++i) {
     World world({.gravity = {0, 0, 0}});
     world.add_body({.type = BodyType::fixed, .shapes = {GetParam().make()}});
     const Vec3 from{random.in(-7, -0.05), random.in(-2, 2), random.in(-2, 2)};
@@ -132,7 +133,7 @@ TEST(ContinuousCollision, tumbling_shapes_of_every_kind_do_not_pass_any_wall) {
   const auto walls = {thin_box, thin_hull, thin_cylinder, sheet};
   for (const auto& wall : walls) {
     int passed = 0;
-    for (int i = 0; i < 210; ++i) {
+    for (int i = 0; i < rounds(210); ++i) {
       World world;
       world.add_body({.type = BodyType::fixed, .shapes = {wall()}});
       const Vec3 from{random.in(-5, -0.3), random.in(-1, 1), random.in(-1, 1)};
@@ -181,7 +182,7 @@ TEST(ContinuousCollision, a_spinning_rod_does_not_sweep_through_a_thin_wall) {
 TEST(ContinuousCollision, a_fast_box_does_not_pass_a_mesh) {
   Random random(3);
   int passed = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world;
     world.add_body(
         {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = flat_mesh(40, 0.25)}}});
@@ -361,7 +362,7 @@ TEST(ContinuousCollision, a_fast_ball_slants_off_like_light) {
 
 TEST(ContinuousCollision, an_elastic_impact_of_a_tumbling_box_keeps_its_energy) {
   Random random(9);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world({.gravity = {0, 0, 0}});
     add_floor(world, 0, 1);
     Vec3 v = 250 * random.on_sphere();
@@ -458,7 +459,7 @@ TEST(ContinuousCollision, a_fast_puck_on_tiles_keeps_its_way) {
 TEST(ContinuousCollision, works_a_thousand_kilometres_from_the_origin) {
   const Vec3 far(1e6, -1e6, 1e6);
   Random random(6);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world;
     world.add_body({.type = BodyType::fixed,
                     .shapes = {Box{.half_extents = {0.0005, 3, 3}}},
