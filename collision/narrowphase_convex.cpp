@@ -11,6 +11,7 @@
 
 #include "collision/narrowphase_kernels.h"
 #include "collision/simplex_weights.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
@@ -23,7 +24,7 @@ using V3d = core::V3<double>;
 
 V3d wide(const V3f& v) { return {double(v.x), double(v.y), double(v.z)}; }
 V3f narrow(const V3d& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+  return {core::rounded_to_float(v.x), core::rounded_to_float(v.y), core::rounded_to_float(v.z)};
 }
 double length(const V3d& v) { return std::sqrt(dot(v, v)); }
 
@@ -396,7 +397,7 @@ void snap(const PlacedShape& a, const PlacedShape& b, const Feature& feature, fl
   if (dot(normal, touch.normal) < 0.9998f) return;
   const float separation =
       (dot(normal, b.center - a.center) - extent(b, -normal)) - extent(a, normal);
-  if (separation < touch.separation - 1e-4f * static_cast<float>(size)) return;
+  if (separation < touch.separation - 1e-4f * core::rounded_to_float(size)) return;
   touch.normal = normal;
   touch.separation = separation;
 }
@@ -418,7 +419,7 @@ void add_points(const PlacedShape& a, const PlacedShape& b, const Query& query, 
   }
   // The nearest points themselves, where the features do not tell of them.
   constexpr std::uint32_t kNearestId = 0x20000000u;
-  if (deepest > touch.separation + 2e-3f * static_cast<float>(size))
+  if (deepest > touch.separation + 2e-3f * core::rounded_to_float(size))
     list.add(touch.position, touch.separation, kNearestId);
   list.choose(patch);
 }
@@ -437,7 +438,7 @@ bool convex_convex(const PlacedShape& a, const PlacedShape& b, Query& query, Con
 
   Touch touch;
   touch.normal = narrow(way.normal);
-  touch.separation = static_cast<float>(-way.depth - radii);
+  touch.separation = core::rounded_to_float(-way.depth - radii);
   const V3d on_a = way.a + way.normal * ca.radius(), on_b = way.b - way.normal * cb.radius();
   touch.position = narrow((on_a + on_b) * 0.5);
   add_points(a, b, query, std::min(ca.size() + ca.radius(), cb.size() + cb.radius()), touch, patch);
