@@ -81,7 +81,14 @@ void PenaltySolver::run_contact(Op op, PointContact& c) {
 void PenaltySolver::prepare(PointContact& c, Spring& spring) const {
   const SolverSettings& settings = group_.step().settings->solver;
   const double omega = 2 * kPi * settings.penalty.hertz;
-  const bool bounces = c.restitution > 0 && c.approach > settings.restitution_threshold;
+  // By the speed of its undamped swing, which lasts over several steps and stands still in between.
+  double swing = 0;
+  for (std::uint32_t i = 0; i < c.count; ++i) {
+    const double depth = std::min(0.0, c.separation[i]) * omega;
+    swing = std::max(swing, c.start_speed[i] * c.start_speed[i] + depth * depth);
+  }
+  const double threshold = settings.restitution_threshold;
+  const bool bounces = c.restitution > 0 && swing > threshold * threshold;
   const double ratio = bounces ? damping_ratio(c.restitution) : kSlowDamping;
   const auto mass_along = [&](const Vec3& axis) {
     return inverse_or_zero(group_.response(c, c.arm_a, c.arm_b, axis, axis));

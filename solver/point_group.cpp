@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/growth.h"
+#include "core/rounding.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
@@ -227,12 +227,12 @@ void PointGroup::drift(std::uint32_t row, double h) {
 void PointGroup::store(const PointContact& c, const double gap[4], double h) {
   Manifold& manifold = step_->contacts->manifolds[c.manifold];
   for (std::uint32_t i = 0; i < c.count; ++i)
-    manifold.normal_impulse[i] = static_cast<float>(c.impulse[i]);
+    manifold.normal_impulse[i] = rounded_to_float(c.impulse[i]);
   manifold.friction_impulse = to_float(c.slide[0] * c.t1 + c.slide[1] * c.t2);
   manifold.rolling_impulse = to_float(c.roll[0] * c.t1 + c.roll[1] * c.t2);
-  manifold.twist_impulse = static_cast<float>(c.twist);
-  manifold.total_impulse = static_cast<float>(c.total);
-  manifold.approach_speed = static_cast<float>(c.approach);
+  manifold.twist_impulse = rounded_to_float(c.twist);
+  manifold.total_impulse = rounded_to_float(c.total);
+  manifold.approach_speed = rounded_to_float(c.approach);
   if (!step_->effects) return;
   const auto side = [this](std::uint32_t row) {
     const PointBody& body = bodies[row];
