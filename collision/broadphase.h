@@ -40,6 +40,9 @@ class Broadphase {
   virtual void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) = 0;
   virtual void refit(const StepContext& step, Task& task) = 0;
   virtual std::uint32_t moved_count() const = 0;
+  // How often the last step's stages read or wrote a proxy: those that moved, those they found near
+  // them, and those whose pairs were listed anew. Fixed and sleeping bodies add nothing to it.
+  virtual std::uint64_t proxies_touched() const = 0;
   virtual void query_pairs(const StepContext& step, IndexRange moved, Task& task) = 0;
   virtual void merge_pairs(const StepContext& step) = 0;
 };

@@ -179,21 +179,18 @@ void find_field_triangles(const HeightFieldGeometry& field, const float min[3], 
     }
 }
 
-Triangle field_triangle(const PlacedShape& placed, std::uint32_t triangle) {
-  const HeightFieldGeometry& field = *placed.collider->field;
-  Triangle t;
-  t.index = triangle;
-  for (unsigned i = 0; i < 3; ++i)
-    t.corner[i] = placed.center + placed.axes * field_corner(field, triangle, i);
-  t.normal = placed.axes * normal_of(field, triangle);
-  const unsigned convex = field.cells[triangle / 2] >> (triangle % 2 * 3);
+SurfaceTriangle field_triangle(const HeightFieldGeometry& field, std::uint32_t triangle) {
+  SurfaceTriangle t;
+  for (unsigned i = 0; i < 3; ++i) t.corner[i] = field_corner(field, triangle, i);
+  t.normal = normal_of(field, triangle);
+  t.touchable = field.cells[triangle / 2] >> (triangle % 2 * 3) & 7u;
   for (unsigned i = 0; i < 3; ++i) {
-    t.touchable[i] = (convex >> i & 1) != 0;
-    if (!t.touchable[i]) continue;
+    if ((t.touchable >> i & 1) == 0) continue;
     const Neighbour across = neighbour(field, triangle, i);
-    t.beyond[i] = across.triangle == kNone
-                      ? direction(cross(t.corner[(i + 1) % 3] - t.corner[i], t.normal), t.normal)
-                      : placed.axes * normal_of(field, across.triangle);
+    if (across.triangle == kNone)
+      t.border |= 1u << i;
+    else
+      t.beyond[i] = normal_of(field, across.triangle);
   }
   return t;
 }

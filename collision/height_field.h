@@ -40,8 +40,8 @@ void for_cells_of_block(const core::HeightFieldGeometry& field, std::uint32_t bl
 void find_field_triangles(const core::HeightFieldGeometry& field, const float min[3],
                           const float max[3], std::vector<std::uint32_t>& triangles);
 
-// A triangle of a placed height field, with what its edges may do.
-Triangle field_triangle(const PlacedShape& placed, std::uint32_t triangle);
+// A triangle, with what its edges may do.
+SurfaceTriangle field_triangle(const core::HeightFieldGeometry& field, std::uint32_t triangle);
 
 // Farthest distance of the surface's bounds from the frame's origin, m.
 float field_radius(const core::HeightFieldGeometry& field);

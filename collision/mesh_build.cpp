@@ -6,6 +6,7 @@
 #include "collision/box_tree_build.h"
 #include "collision/geometry_build.h"
 #include "collision/mesh_tree.h"
+#include "collision/narrowphase_kernels.h"
 
 namespace skerry::collision {
 namespace {
@@ -14,12 +15,12 @@ using core::kNone;
 using core::MeshGeometry;
 using core::V3f;
 using std::uint32_t;
-using Triangle = std::array<uint32_t, 3>;
+using Corners = std::array<uint32_t, 3>;
 
 // Triangles lower than this, relative to their longest edge, are left out: their normal is noise.
 constexpr double kDegenerate = 1e-7;
 
-// [vertex] lowest vertex at the same place. Triangle soups (STL) share no vertices.
+// [vertex] lowest vertex at the same place. Corners soups (STL) share no vertices.
 template <class Vertices, class Coordinates>
 std::vector<uint32_t> weld(const Vertices& vertices, const Coordinates& coordinates) {
   std::vector<uint32_t> order(vertices.size());
@@ -47,7 +48,7 @@ struct TriangleEdge {
 };
 
 // Sorted by vertices, then triangle. Triangles with two equal corners have no edges.
-std::vector<TriangleEdge> triangle_edges(const std::vector<Triangle>& triangles,
+std::vector<TriangleEdge> triangle_edges(const std::vector<Corners>& triangles,
                                          const std::vector<uint32_t>& welded) {
   std::vector<TriangleEdge> edges;
   edges.reserve(3 * triangles.size());
@@ -115,7 +116,7 @@ void set_triangles(MeshGeometry& mesh, const MeshData& data, const Vec3& scale) 
   }
   const bool mirrored = scale.prod() < 0;
   uint32_t source = 0;
-  for (Triangle triangle : data.triangles) {
+  for (Corners triangle : data.triangles) {
     if (mirrored) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
     mesh.source.push_back(source++);
@@ -132,6 +133,15 @@ bool bends_outward(const MeshGeometry& mesh, const TriangleEdge& edge, const Tri
   return is_convex_edge(area_vector(mesh, edge.triangle), corner(mesh, edge.triangle, edge.edge),
                         corner(mesh, edge.triangle, edge.edge + 1u),
                         corner(mesh, other.triangle, other.edge + 2u));
+}
+
+void set_normals(MeshGeometry& mesh) {
+  mesh.normals.reserve(mesh.triangles.size());
+  for (const Corners& t : mesh.triangles) {
+    const V3f a = mesh.vertices[t[0]];
+    const V3f area = cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a);
+    mesh.normals.push_back(direction(area, {0, 1, 0}));
+  }
 }
 
 void set_adjacency(MeshGeometry& mesh) {
@@ -188,7 +198,7 @@ std::string edge_defect(const TriangleEdge* edges, std::size_t count) {
 double six_volumes(const MeshData& mesh) {
   const Vec3& origin = mesh.vertices[mesh.triangles[0][0]];
   double sum = 0;
-  for (const Triangle& t : mesh.triangles)
+  for (const Corners& t : mesh.triangles)
     sum += (mesh.vertices[t[0]] - origin)
                .dot((mesh.vertices[t[1]] - origin).cross(mesh.vertices[t[2]] - origin));
   return sum;
@@ -219,6 +229,7 @@ std::shared_ptr<const MeshGeometry> build_mesh(const MeshData& data, const Vec3&
   }
   if (mesh->triangles.empty())
     throw std::invalid_argument("all triangles of the mesh are degenerate (without area)");
+  set_normals(*mesh);
   set_adjacency(*mesh);
   set_tree(*mesh);
   return mesh;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "collision/broadphase.h"
+#include "collision/triangle_batch.h"
 #include "core/colliders.h"
 #include "core/contacts.h"
 #include "core/vec.h"
@@ -30,7 +31,6 @@ struct Triangle {
   // the direction away from the edge in the triangle's plane.
   bool touchable[3];
   V3f beyond[3];
-  std::uint32_t index;  // in the mesh
 };
 
 struct PlacedShape {
@@ -158,19 +158,24 @@ void clip_against(const Feature& reference, const V3f& face, const Feature& inci
 // Any convex shape against a plane: the points of its feature that faces the plane.
 void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
 
-// Boxes, hulls and triangles: separating axes of faces and edges (those that are arcs crossing on
-// the Gauss map: Gregorius, "The separating axis test between convex polyhedra", GDC 2013), then
-// face clipping. Remembers the separating feature in Query::cache. A triangle must come second.
+// Boxes and hulls: separating axes of faces and edges (those that are arcs crossing on the Gauss
+// map: Gregorius, "The separating axis test between convex polyhedra", GDC 2013), then face
+// clipping. Remembers the separating feature in Query::cache.
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch);
+// A box or hull against many triangles: what does not depend on the triangle, for search_triangles;
+// and the contact with one of the triangles that it found near, which comes second. The search
+// holds on to `room` and to the hull.
+void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, TriangleSearch& search);
+void polytope_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
+                       const TriangleAxes& axes, int lane, const Query& query, ContactPatch& patch);
 
 // May a contact push away from a triangle this way? `out`: unit, from the triangle to the other
 // shape. Over an edge it may lean only if that is touchable, and no farther than `beyond`.
 bool leans_too_far(const Triangle& triangle, const V3f& out);
 
-// A sphere or capsule against a triangle, which comes second. Nothing where the nearest feature is
-// the neighbours' to answer for.
-void sphere_triangle(const PlacedShape& a, const PlacedShape& b, Query& query, ContactPatch& patch);
+// A capsule against a triangle, which comes second. Nothing where the nearest feature is the
+// neighbours' to answer for.
 void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
                       ContactPatch& patch);
 

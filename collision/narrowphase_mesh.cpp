@@ -1,7 +1,9 @@
 #include "collision/narrowphase_mesh.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <span>
 
 #include "collision/height_field.h"
 #include "collision/mesh_tree.h"
@@ -18,29 +20,34 @@ namespace {
 // Contacts whose normals differ by less than this (14 degrees) share a manifold.
 constexpr float kSameCluster = 0.97f;
 
-V3f normal_of(const MeshGeometry& mesh, std::uint32_t triangle) {
-  const auto& t = mesh.triangles[triangle];
-  const V3f a = mesh.vertices[t[0]];
-  return direction(cross(mesh.vertices[t[1]] - a, mesh.vertices[t[2]] - a), {0, 1, 0});
+SurfaceTriangle mesh_triangle(const MeshGeometry& mesh, std::uint32_t index) {
+  SurfaceTriangle t;
+  const auto& corners = mesh.triangles[index];
+  for (unsigned i = 0; i < 3; ++i) t.corner[i] = mesh.vertices[corners[i]];
+  t.normal = mesh.normals[index];
+  t.touchable = mesh.convex_edges[index];
+  for (unsigned i = 0; i < 3; ++i) {
+    const std::uint32_t neighbour = mesh.neighbours[index][i];
+    if (neighbour == core::kNone)
+      t.border |= 1u << i;
+    else if (t.touchable >> i & 1)
+      t.beyond[i] = mesh.normals[neighbour];
+  }
+  t.touchable |= t.border;
+  return t;
 }
 
-// A triangle of a placed mesh.
-Triangle triangle_at(const PlacedShape& placed, std::uint32_t index) {
-  if (placed.collider->type == ShapeType::height_field) return field_triangle(placed, index);
-  const MeshGeometry& mesh = *placed.collider->mesh;
-  const auto& corners = mesh.triangles[index];
+// The triangle in a lane, once it is placed.
+Triangle triangle_of(const TriangleBatch& batch, int lane) {
+  const auto row = [&](int first) {
+    return V3f{batch.rows[first][lane], batch.rows[first + 1][lane], batch.rows[first + 2][lane]};
+  };
   Triangle t;
-  t.index = index;
-  for (int i = 0; i < 3; ++i)
-    t.corner[i] = placed.center + placed.axes * mesh.vertices[corners[static_cast<unsigned>(i)]];
-  t.normal = placed.axes * normal_of(mesh, index);
+  t.normal = row(TriangleBatch::kNormal);
   for (int i = 0; i < 3; ++i) {
-    const std::uint32_t neighbour = mesh.neighbours[index][static_cast<unsigned>(i)];
-    const bool border = neighbour == core::kNone;
-    t.touchable[i] = border || (mesh.convex_edges[index] >> i & 1) != 0;
-    if (!t.touchable[i]) continue;
-    t.beyond[i] = border ? direction(cross(t.corner[(i + 1) % 3] - t.corner[i], t.normal), t.normal)
-                         : placed.axes * normal_of(mesh, neighbour);
+    t.corner[i] = row(TriangleBatch::kCorner + 3 * i);
+    t.beyond[i] = row(TriangleBatch::kBeyond + 3 * i);
+    t.touchable[i] = batch.rows[TriangleBatch::kTouchable + i][lane] > 0;
   }
   return t;
 }
@@ -90,33 +97,6 @@ void face_contact(const PlacedShape& shape, const PlacedShape& placed, const Que
   list.choose(patch);
 }
 
-// One triangle; false if no contact could be computed.
-bool collide_triangle(const PlacedShape& shape, const PlacedShape& placed, Query& query,
-                      ContactPatch& patch) {
-  patch.count = 0;
-  query.cache = 0;
-  switch (shape.collider->type) {
-    case ShapeType::sphere:
-      sphere_triangle(shape, placed, query, patch);
-      return true;
-    case ShapeType::capsule:
-      capsule_triangle(shape, placed, query, patch);
-      return true;
-    case ShapeType::box:
-    case ShapeType::hull:
-      polytope_polytope(shape, placed, query, patch);
-      return true;
-    default:
-      break;
-  }
-  if (!convex_convex(shape, placed, query, patch)) return false;
-  if (patch.count > 0 && leans_too_far(*placed.triangle, -patch.normal)) {
-    patch.count = 0;
-    face_contact(shape, placed, query, patch);
-  }
-  return true;
-}
-
 std::uint32_t feature_of(std::uint32_t triangle, std::uint32_t feature) {
   return (triangle * 0x9e3779b1u) ^ (feature * 0x85ebca77u);
 }
@@ -133,18 +113,15 @@ void keep(const ContactPatch& patch, std::uint32_t triangle, std::vector<MeshPoi
 // triangles) only once.
 void take_cluster(const V3f& normal, float near, MeshScratch& scratch) {
   scratch.cluster.clear();
+  scratch.places.clear();
   std::size_t left = 0;
   for (const MeshPoint& candidate : scratch.points) {
     if (dot(candidate.normal, normal) < kSameCluster) {
       scratch.points[left++] = candidate;
-      continue;
-    }
-    const auto coincides = [&](const ContactPoint& other) {
-      const V3f r = other.position - candidate.point.position;
-      return dot(r, r) < near * near;
-    };
-    if (std::none_of(scratch.cluster.begin(), scratch.cluster.end(), coincides))
+    } else if (!scratch.places.hold_one_near(candidate.point.position, near * near)) {
+      scratch.places.add(candidate.point.position);
       scratch.cluster.push_back(candidate.point);
+    }
   }
   scratch.points.resize(left);
 }
@@ -158,7 +135,103 @@ float spread(const std::vector<MeshPoint>& points) {
   return std::sqrt(squared);
 }
 
+// A convex shape against batches of triangles; what it finds goes to `points`.
+class TriangleCollider {
+ public:
+  TriangleCollider(const PlacedShape& shape, Query& query, MeshScratch& scratch)
+      : shape_(shape), query_(query), scratch_(scratch), middle_(middle(shape)) {
+    if (is_polytope()) prepare_search(shape, query.margin, scratch.box, scratch.search);
+  }
+
+  void collide(const PlacedShape& surface, std::span<const std::uint32_t> triangles) {
+    const int count = static_cast<int>(triangles.size());
+    TriangleBatch& batch = scratch_.batch;
+    gather(*surface.collider, triangles);
+    unsigned near = place_triangles({surface.center, surface.axes}, middle_, count, batch);
+    if (shape_.collider->type == ShapeType::sphere) {
+      near &= touch_triangles(shape_.center, shape_.collider->size.x + query_.margin, count, batch,
+                              scratch_.touches);
+    } else if (is_polytope()) {
+      near &= search_triangles(scratch_.search, count, batch, scratch_.axes);
+    }
+    for (; near != 0; near &= near - 1) {
+      const int lane = std::countr_zero(near);
+      ContactPatch patch;
+      patch.count = 0;
+      collide_lane(lane, patch);
+      keep(patch, triangles[static_cast<std::size_t>(lane)], scratch_.points);
+    }
+  }
+  std::uint32_t failures() const { return failures_; }
+
+ private:
+  bool is_polytope() const {
+    return shape_.collider->type == ShapeType::box || shape_.collider->type == ShapeType::hull;
+  }
+
+  void gather(const Collider& surface, std::span<const std::uint32_t> triangles) {
+    TriangleBatch& batch = scratch_.batch;
+    int lane = 0;
+    for (const std::uint32_t index : triangles)
+      batch.put(lane++, surface.type == ShapeType::height_field
+                            ? field_triangle(*surface.field, index)
+                            : mesh_triangle(*surface.mesh, index));
+    // The last lanes of a short batch: any triangle will do.
+    if (lane < TriangleBatch::kSize)
+      for (auto& row : batch.rows) std::fill(row + lane, row + TriangleBatch::kSize, row[0]);
+  }
+
+  void collide_lane(int lane, ContactPatch& patch) {
+    if (shape_.collider->type == ShapeType::sphere) return collide_sphere(lane, patch);
+    const Triangle triangle = triangle_of(scratch_.batch, lane);
+    PlacedShape placed;
+    placed.triangle = &triangle;
+    placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    if (is_polytope())
+      return polytope_triangle(shape_, placed, scratch_.search, scratch_.axes, lane, query_, patch);
+    const float lowest =
+        dot(triangle.normal, shape_.center - triangle.corner[0]) - extent(shape_, -triangle.normal);
+    if (lowest > query_.margin) return;
+    if (shape_.collider->type == ShapeType::capsule)
+      return capsule_triangle(shape_, placed, query_, patch);
+    query_.cache = 0;
+    if (!convex_convex(shape_, placed, query_, patch)) {
+      ++failures_;
+    } else if (patch.count > 0 && leans_too_far(triangle, -patch.normal)) {
+      patch.count = 0;
+      face_contact(shape_, placed, query_, patch);
+    }
+  }
+
+  void collide_sphere(int lane, ContactPatch& patch) {
+    const TriangleTouches& touches = scratch_.touches;
+    const V3f out{touches.out[0][lane], touches.out[1][lane], touches.out[2][lane]};
+    const float radius = shape_.collider->size.x;
+    const float separation = touches.distance[lane] - radius;
+    single_point(query_, -out, shape_.center - out * (radius + 0.5f * separation), separation, 0,
+                 patch);
+  }
+
+  const PlacedShape& shape_;
+  Query& query_;
+  MeshScratch& scratch_;
+  V3f middle_;
+  std::uint32_t failures_ = 0;
+};
+
 }  // namespace
+
+// No early exit, so that the compiler takes several at a time.
+bool Places::hold_one_near(const V3f& position, float squared) const {
+  unsigned near = 0;
+  const std::size_t count = x_.size();
+  const float *x = x_.data(), *y = y_.data(), *z = z_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    const V3f r{x[i] - position.x, y[i] - position.y, z[i] - position.z};
+    near |= dot(r, r) < squared ? 1u : 0u;
+  }
+  return near != 0;
+}
 
 void gather_patches(MeshScratch& scratch, PatchSet& patches) {
   patches.count = 0;
@@ -183,24 +256,14 @@ std::uint32_t convex_mesh(const PlacedShape& a, const PlacedShape& b, Query& que
     find_field_triangles(*b.collider->field, bounds.min, bounds.max, scratch.triangles);
   else
     b.collider->mesh->tree->query(bounds.min, bounds.max, scratch.triangles);
-  std::uint32_t failures = 0;
-  const V3f center = middle(a);
-  for (const std::uint32_t index : scratch.triangles) {
-    const Triangle triangle = triangle_at(b, index);
-    if (dot(triangle.normal, center - triangle.corner[0]) < 0) continue;
-    const float lowest =
-        dot(triangle.normal, a.center - triangle.corner[0]) - extent(a, -triangle.normal);
-    if (lowest > query.margin) continue;
-    PlacedShape placed;
-    placed.triangle = &triangle;
-    placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    ContactPatch patch;
-    if (!collide_triangle(a, placed, query, patch)) ++failures;
-    keep(patch, index, scratch.points);
-  }
+  TriangleCollider collider(a, query, scratch);
+  const std::span<const std::uint32_t> triangles = scratch.triangles;
+  for (std::size_t first = 0; first < triangles.size(); first += TriangleBatch::kSize)
+    collider.collide(b, triangles.subspan(first, std::min<std::size_t>(TriangleBatch::kSize,
+                                                                       triangles.size() - first)));
   query.cache = 0;
   gather_patches(scratch, patches);
-  return failures;
+  return collider.failures();
 }
 
 void plane_mesh(const PlacedShape& plane, const PlacedShape& mesh, Query& query,

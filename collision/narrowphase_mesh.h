@@ -14,11 +14,37 @@ struct MeshPoint {
   ContactPoint point;
 };
 
+// Positions in rows.
+class Places {
+ public:
+  void clear() {
+    x_.clear();
+    y_.clear();
+    z_.clear();
+  }
+  void add(const V3f& position) {
+    x_.push_back(position.x);
+    y_.push_back(position.y);
+    z_.push_back(position.z);
+  }
+  // True if one of them is nearer to a position than the root of `squared`, m^2.
+  bool hold_one_near(const V3f& position, float squared) const;
+
+ private:
+  std::vector<float> x_, y_, z_;
+};
+
 // Buffers that keep their capacity from pair to pair.
 struct MeshScratch {
   std::vector<std::uint32_t> triangles;
   std::vector<MeshPoint> points;
   std::vector<ContactPoint> cluster;
+  Places places;  // of the cluster
+  TriangleBatch batch;
+  BoxLanes box;  // the rows of `search`, if its shape is a box
+  TriangleSearch search;
+  TriangleAxes axes;
+  TriangleTouches touches;
 };
 
 // A convex shape (first) against a mesh: a contact per triangle, in up to kMeshManifolds patches of

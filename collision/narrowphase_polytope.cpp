@@ -1,9 +1,10 @@
-// Boxes, hulls and triangles by separating axes.
+// Boxes and hulls, against each other and against triangles, by separating axes.
 #include <algorithm>
 #include <cmath>
 
 #include "collision/narrowphase_kernels.h"
 #include "collision/polytope_axes.h"
+#include "collision/triangle_batch.h"
 
 namespace skerry::collision {
 
@@ -20,24 +21,9 @@ constexpr float kKeptAxis = 5e-3f;
 // Axes that are better by no more than this part of the size tie with the preferred one.
 constexpr float kTie = 1e-3f;
 
-PolytopeLanes lanes_of(const PlacedShape& shape, SmallPolytope& room) {
-  if (shape.triangle != nullptr) return room.triangle(*shape.triangle);
+PolytopeLanes lanes_of(const PlacedShape& shape, BoxLanes& room) {
   if (shape.collider->type == ShapeType::box) return room.box(shape.collider->size);
   return shape.collider->hull->lanes->view;
-}
-
-LeanLimit lean_limit(const Triangle& triangle, const M3f& axes) {
-  LeanLimit limit;
-  limit.up = transposed_times(axes, triangle.normal);
-  for (int i = 0; i < 3; ++i) {
-    const V3f edge = triangle.corner[(i + 1) % 3] - triangle.corner[i];
-    const V3f away = direction(cross(edge, triangle.normal), {0, 0, 0});
-    limit.away[i] = transposed_times(axes, away);
-    limit.untouchable[i] = triangle.touchable[i] ? 0.0f : 1.0f;
-    limit.most_up[i] = triangle.touchable[i] ? dot(triangle.beyond[i], triangle.normal) : 0;
-    limit.most_away[i] = triangle.touchable[i] ? dot(triangle.beyond[i], away) : 0;
-  }
-  return limit;
 }
 
 // Upper bound of the way that any point of b has gone in a's frame since the memory was made. No
@@ -68,31 +54,31 @@ struct AxisFound {
   V3f point_a, along_a, point_b, along_b;  // edges only
 };
 
-AxisFound placed_edges(const Axis& axis, const PlacedShape& a, const PlacedShape& b,
-                       const AxisQuery& query) {
-  AxisFound found;
-  found.point_a = a.center + a.axes * query.a.edge(PolytopeLanes::kTail, axis.name.a);
-  found.along_a = a.axes * query.a.edge(PolytopeLanes::kAlong, axis.name.a);
-  found.point_b = b.center + b.axes * query.b.edge(PolytopeLanes::kTail, axis.name.b);
-  found.along_b = b.axes * query.b.edge(PolytopeLanes::kAlong, axis.name.b);
-  const V3f out = a.axes * (query.a.edge(PolytopeLanes::kLeft, axis.name.a) +
-                            query.a.edge(PolytopeLanes::kRight, axis.name.a));
+// `point_b` and `along_b` of the edge of b are known.
+void place_edges(std::uint32_t edge_of_a, const PlacedShape& a, const PolytopeLanes& lanes_a,
+                 AxisFound& found) {
+  found.point_a = a.center + a.axes * lanes_a.edge(PolytopeLanes::kTail, edge_of_a);
+  found.along_a = a.axes * lanes_a.edge(PolytopeLanes::kAlong, edge_of_a);
+  const V3f out = a.axes * (lanes_a.edge(PolytopeLanes::kLeft, edge_of_a) +
+                            lanes_a.edge(PolytopeLanes::kRight, edge_of_a));
   found.normal = direction(cross(found.along_a, found.along_b), direction(out, {0, 1, 0}));
   if (dot(found.normal, out) < 0) found.normal = -found.normal;
-  return found;
 }
 
 AxisFound placed(const Axis& axis, const PlacedShape& a, const PlacedShape& b,
                  const AxisQuery& query) {
   AxisFound found;
-  if (axis.name.kind == AxisName::kEdges)
-    found = placed_edges(axis, a, b, query);
-  else if (axis.name.kind == AxisName::kFaceOfA)
-    found.normal = a.axes * query.a.face_normal(axis.name.a);
-  else
-    found.normal = -(b.axes * query.b.face_normal(axis.name.b));
   found.name = axis.name;
   found.separation = axis.separation;
+  if (axis.name.kind == AxisName::kEdges) {
+    found.point_b = b.center + b.axes * query.b.edge(PolytopeLanes::kTail, axis.name.b);
+    found.along_b = b.axes * query.b.edge(PolytopeLanes::kAlong, axis.name.b);
+    place_edges(axis.name.a, a, query.a, found);
+  } else if (axis.name.kind == AxisName::kFaceOfA) {
+    found.normal = a.axes * query.a.face_normal(axis.name.a);
+  } else {
+    found.normal = -(b.axes * query.b.face_normal(axis.name.b));
+  }
   return found;
 }
 
@@ -150,7 +136,7 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch) {
   patch.count = 0;
-  SmallPolytope room_a, room_b;
+  BoxLanes room_a, room_b;
   AxisQuery ask;
   ask.a = lanes_of(a, room_a);
   ask.b = lanes_of(b, room_b);
@@ -168,11 +154,6 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
     if (ask.recalled.separation > best - kKeptAxis * size)
       return contact(placed(ask.recalled, a, b, ask), a, b, query, size, patch);
   }
-  LeanLimit limit;
-  if (b.triangle != nullptr) {
-    limit = lean_limit(*b.triangle, a.axes);
-    ask.limit = &limit;
-  }
   AxisAnswer answer;
   search_axes(ask, answer);
   if (answer.apart.name.kind != AxisName::kNothing) {
@@ -189,6 +170,57 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
     *query.memory = {ask.rotation, ask.offset, best};
   }
   contact(placed(chosen, a, b, ask), a, b, query, size, patch);
+}
+
+void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, TriangleSearch& search) {
+  search.a = lanes_of(a, room);
+  search.axes = a.axes;
+  search.rotation = {transposed_times(a.axes, {1, 0, 0}), transposed_times(a.axes, {0, 1, 0}),
+                     transposed_times(a.axes, {0, 0, 1})};
+  search.offset = transposed_times(a.axes, -a.center);
+  search.center = -transposed_times(search.rotation, search.offset);
+  search.margin = margin;
+  search.tolerance = kTie * search.a.size;
+  search.face_normals.clear();
+  for (std::uint32_t i = 0; i < search.a.face_count; ++i)
+    search.face_normals.push_back(a.axes * search.a.face_normal(i));
+  search.edges.clear();
+  for (std::uint32_t i = 0; i < search.a.edge_count; ++i) {
+    const auto edge = [&](PolytopeLanes::EdgeRow row) { return a.axes * search.a.edge(row, i); };
+    const V3f tail =
+        transposed_times(search.rotation, search.a.edge(PolytopeLanes::kTail, i) - search.offset);
+    const V3f left = edge(PolytopeLanes::kLeft), right = edge(PolytopeLanes::kRight);
+    search.edges.push_back(
+        {tail, edge(PolytopeLanes::kAlong), left, right, dot(left, tail), dot(right, tail)});
+  }
+}
+
+void polytope_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
+                       const TriangleAxes& axes, int lane, const Query& query,
+                       ContactPatch& patch) {
+  const Triangle& triangle = *b.triangle;
+  const float size = std::min(search.a.size, core::length(triangle.corner[1] - triangle.corner[0]));
+  AxisAnswer answer;
+  answer.face_a = {{AxisName::kFaceOfA, static_cast<std::uint32_t>(axes.face_a_index[lane]), 0},
+                   axes.face_a[lane]};
+  answer.face_b = {{AxisName::kFaceOfB, 0, 0}, axes.face_b[lane]};
+  const auto edges = static_cast<std::uint32_t>(axes.edges_index[lane]);
+  answer.edges = {{AxisName::kEdges, edges / 3, edges % 3}, axes.edges[lane]};
+  const Axis chosen = prefer(answer, AxisName::kNothing, kTie * size);
+  AxisFound found;
+  found.name = chosen.name;
+  found.separation = chosen.separation;
+  if (chosen.name.kind == AxisName::kEdges) {
+    const std::uint32_t edge = chosen.name.b;
+    found.point_b = triangle.corner[edge];
+    found.along_b = triangle.corner[(edge + 1) % 3] - triangle.corner[edge];
+    place_edges(chosen.name.a, a, search.a, found);
+  } else if (chosen.name.kind == AxisName::kFaceOfA) {
+    found.normal = search.face_normals[chosen.name.a];
+  } else {
+    found.normal = -triangle.normal;
+  }
+  contact(found, a, b, query, size, patch);
 }
 
 }  // namespace skerry::collision

@@ -1,4 +1,4 @@
-// Spheres and capsules against a triangle of a mesh.
+// Capsules against a triangle of a mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -114,19 +114,6 @@ void add_over_face(const Triangle& t, const Segment& segment, float radius, Poin
 }
 
 }  // namespace
-
-void sphere_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
-                     ContactPatch& patch) {
-  const Triangle& t = *b.triangle;
-  const float radius = a.collider->size.x;
-  patch.count = 0;
-  Nearest nearest;
-  consider_point(t, a.center, nearest);
-  const V3f out = direction(a.center - nearest.on_triangle, t.normal);
-  if (leans_too_far(t, out)) return;
-  const float separation = std::sqrt(nearest.squared) - radius;
-  single_point(query, -out, a.center - out * (radius + 0.5f * separation), separation, 0, patch);
-}
 
 void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
                       ContactPatch& patch) {

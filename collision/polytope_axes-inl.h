@@ -1,48 +1,6 @@
 // The separating-axis search, written once for any lane type. Included once per instruction set,
 // inside the namespace that holds its lane type, so no include guard.
 
-template <class L>
-Vec<L> spread(const core::V3f& v) {
-  return {L(v.x), L(v.y), L(v.z)};
-}
-template <class L>
-Vec<L> load3(const float* rows, std::uint32_t stride, std::uint32_t i) {
-  return {L::load(rows + i), L::load(rows + stride + i), L::load(rows + 2 * stride + i)};
-}
-// Components of v along the axes of a frame.
-template <class L>
-Vec<L> into(const core::M3f& frame, const Vec<L>& v) {
-  return {dot(spread<L>(frame.c0), v), dot(spread<L>(frame.c1), v), dot(spread<L>(frame.c2), v)};
-}
-
-// The best of many lanes: highest value, lowest index among equals. (gcc forgets the instruction set
-// of constructors that it writes itself.)
-template <class L>
-struct Best {
-  L value, index;
-
-  void consider(L candidate, L candidate_index) {
-    const typename L::Mask better = candidate > value;
-    value = select(better, candidate, value);
-    index = select(better, candidate_index, index);
-  }
-  template <class Mask>
-  void consider(Mask which, L candidate, L candidate_index) {
-    const typename L::Mask better = which & (candidate > value);
-    value = select(better, candidate, value);
-    index = select(better, candidate_index, index);
-  }
-  float top() const { return highest(value); }
-  std::uint32_t top_index(float top) const {
-    return static_cast<std::uint32_t>(lowest(select(value == L(top), index, L(3e38f))));
-  }
-};
-
-template <class L>
-Best<L> none_yet() {
-  return {L(-3e38f), L(0.0f)};
-}
-
 // Lowest of the dot products of a polytope's vertices with a direction, in its frame.
 template <class L>
 struct Lowest {
@@ -73,30 +31,16 @@ std::uint32_t facing_face_lanes(const PolytopeLanes& shape, const core::V3f& tow
   return best.top_index(best.top());
 }
 
-template <class L>
-typename L::Mask may_lean(const LeanLimit& limit, const Vec<L>& out) {
-  const L up = dot(out, spread<L>(limit.up));
-  typename L::Mask bad = up < L(0.0f);
-  for (int i = 0; i < 3; ++i) {
-    const L lean = dot(out, spread<L>(limit.away[i]));
-    const typename L::Mask too_far =
-        (L(limit.untouchable[i]) > L(0.0f)) |
-        (lean * L(limit.most_up[i]) > L(limit.most_away[i]) * up + L(1e-3f));
-    bad = bad | ((lean > L(1e-3f)) & too_far);
-  }
-  return !bad | (up > L(0.9999f));
-}
-
-struct FaceAxes {
-  float best = -3e38f, any = -3e38f;  // allowed as a contact's normal; whether allowed or not
-  std::uint32_t best_face = 0, any_face = 0;
+struct FaceAxis {
+  float separation;
+  std::uint32_t face;
 };
 
 // Largest separation over the faces of one polytope; `frame` holds the axes of the other.
 template <class L>
-FaceAxes widest_face(const PolytopeLanes& self, const PolytopeLanes& other, const core::M3f& frame,
-                     const core::V3f& offset, const LeanLimit* limit) {
-  Best<L> best = none_yet<L>(), any = none_yet<L>();
+FaceAxis widest_face(const PolytopeLanes& self, const PolytopeLanes& other, const core::M3f& frame,
+                     const core::V3f& offset) {
+  Best<L> best = none_yet<L>();
   for (std::uint32_t i = 0; i < self.face_count; i += L::kLanes) {
     const Vec<L> normal = load3<L>(self.faces, self.face_stride, i);
     const Vec<L> in_other = into(frame, normal);
@@ -107,25 +51,11 @@ FaceAxes widest_face(const PolytopeLanes& self, const PolytopeLanes& other, cons
     for (std::uint32_t v = 0; v < other.vertex_count; ++v)
       low = min(low, dot(in_other, Vec<L>{L(x[v]), L(y[v]), L(z[v])}));
     const L face_offset = L::load(self.faces + PolytopeLanes::kOffset * self.face_stride + i);
-    const L separation = (dot(normal, spread<L>(offset)) + low) - face_offset;
-    const L index = L::counting(static_cast<float>(i));
-    if (limit == nullptr) {
-      best.consider(separation, index);
-    } else {
-      any.consider(separation, index);
-      best.consider(may_lean(*limit, Vec<L>{-normal.x, -normal.y, -normal.z}), separation, index);
-    }
+    best.consider((dot(normal, spread<L>(offset)) + low) - face_offset,
+                  L::counting(static_cast<float>(i)));
   }
-  FaceAxes axes;
-  axes.best = best.top();
-  if (axes.best > -3e38f) axes.best_face = best.top_index(axes.best);
-  axes.any = axes.best;
-  axes.any_face = axes.best_face;
-  if (limit != nullptr) {
-    axes.any = any.top();
-    axes.any_face = any.top_index(axes.any);
-  }
-  return axes;
+  const float top = best.top();
+  return {top, top > -3e38f ? best.top_index(top) : 0};
 }
 
 // Edges that may be part of the best axis.
@@ -178,26 +108,6 @@ void transform(const AxisQuery& query, EdgeBlock& block) {
       v.y.store(at + EdgeBlock::kCapacity);
       v.z.store(at + 2 * EdgeBlock::kCapacity);
     }
-}
-
-// The pair of edges (ea, lanes of eb), both in b's frame: its separation where they cross on the
-// Gauss map, that is, where they make a face of the Minkowski difference.
-template <class L>
-struct EdgeLanes {
-  Vec<L> tail, along, left, right;
-};
-template <class L>
-void cross_edges(const EdgeLanes<L>& a, const EdgeLanes<L>& b, L index, Best<L>& best) {
-  const L zero = L(0.0f);
-  const L cba = dot(b.left, a.along), dba = dot(b.right, a.along);
-  const L adc = dot(a.left, b.along), bdc = dot(a.right, b.along);
-  typename L::Mask good = (cba * dba < zero) & (adc * bdc < zero) & (cba * bdc < zero);
-  const Vec<L> product = cross(a.along, b.along);
-  const L squared = dot(product, product);
-  good = good & (squared > L(1e-6f) * dot(a.along, a.along) * dot(b.along, b.along));
-  const L outward = select(dot(product, a.left + a.right) < zero, L(-1.0f), L(1.0f));
-  const L scale = outward / square_root(select(good, squared, L(1.0f)));
-  best.consider(good, dot(product * scale, b.tail - a.tail), index);
 }
 
 template <class L>
@@ -301,28 +211,28 @@ Axis recall_axis_lanes(const AxisQuery& query, const AxisName& name) {
 template <class L>
 void search_axes_lanes(const AxisQuery& query, AxisAnswer& answer) {
   answer = {};
-  const FaceAxes fa = widest_face<L>(query.a, query.b, query.rotation, query.offset, query.limit);
-  if (fa.any > query.margin) {
-    answer.apart = {{AxisName::kFaceOfA, fa.any_face, 0}, fa.any};
+  const FaceAxis fa = widest_face<L>(query.a, query.b, query.rotation, query.offset);
+  answer.face_a = {{AxisName::kFaceOfA, fa.face, 0}, fa.separation};
+  if (fa.separation > query.margin) {
+    answer.apart = answer.face_a;
     return;
   }
-  const FaceAxes fb =
-      widest_face<L>(query.b, query.a, transposed(query.rotation), offset_in_b(query), nullptr);
-  if (fb.any > query.margin) {
-    answer.apart = {{AxisName::kFaceOfB, 0, fb.any_face}, fb.any};
+  const FaceAxis fb =
+      widest_face<L>(query.b, query.a, transposed(query.rotation), offset_in_b(query));
+  answer.face_b = {{AxisName::kFaceOfB, 0, fb.face}, fb.separation};
+  if (fb.separation > query.margin) {
+    answer.apart = answer.face_b;
     return;
   }
-  answer.face_a = {{AxisName::kFaceOfA, fa.best_face, 0}, fa.best};
-  answer.face_b = {{AxisName::kFaceOfB, 0, fb.best_face}, fb.best};
 
   // The vertices that face each other along the best face's normal.
-  const bool of_a = fa.any >= fb.any;
-  const core::V3f in_a = of_a ? query.a.face_normal(fa.any_face)
-                              : -(query.rotation * query.b.face_normal(fb.any_face));
+  const bool of_a = fa.separation >= fb.separation;
+  const core::V3f in_a =
+      of_a ? query.a.face_normal(fa.face) : -(query.rotation * query.b.face_normal(fb.face));
   const core::V3f in_b = transposed_times(query.rotation, in_a);
   const core::V3f nearest_a = vertex(query.a, lowest_vertex<L>(query.a, -in_a).vertex);
   const core::V3f nearest_b = vertex(query.b, lowest_vertex<L>(query.b, in_b).vertex);
-  float threshold = std::max(fa.best, fb.best) - query.tolerance;
+  float threshold = std::max(fa.separation, fb.separation) - query.tolerance;
   if (query.recalled.name.kind == AxisName::kEdges)
     threshold = std::max(threshold, query.recalled.separation - query.tolerance);
   widest_edges<L>(query, transposed_times(query.rotation, nearest_a - query.offset),

@@ -12,6 +12,7 @@ namespace float_lanes {
 #define SKERRY_LANES
 #include "collision/lane_vectors-inl.h"
 
+#include "collision/axis_lanes-inl.h"
 #include "collision/polytope_axes-inl.h"
 #undef SKERRY_LANES
 

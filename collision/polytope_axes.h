@@ -23,21 +23,12 @@ struct Axis {
   float separation = -3e38f;  // m, along it; negative: overlap
 };
 
-// Directions in which a may not be pushed away from a triangle (see leans_too_far); in a's frame.
-struct LeanLimit {
-  core::V3f up;                    // the triangle's normal
-  core::V3f away[3];               // across its edges
-  float most_up[3], most_away[3];  // components of the direction beyond each edge
-  float untouchable[3];            // 1, or 0
-};
-
 struct AxisQuery {
   PolytopeLanes a, b;
   core::M3f rotation;   // axes of b in the frame of a
   core::V3f offset;     // origin of b in the frame of a
   float margin = 0;     // m: beyond this separation the search ends
   float tolerance = 0;  // m: edges are of interest if they reach the best face less this
-  const LeanLimit* limit = nullptr;  // if b is a triangle
   // The axis of last time, as recall_axis found it. Edges of less separation are not looked for.
   Axis recalled;
 };

@@ -34,6 +34,7 @@ static void search_axes_here(const AxisQuery& query, AxisAnswer& answer) {
 #define SKERRY_LANES HWY_ATTR
 #include "collision/lane_vectors-inl.h"
 
+#include "collision/axis_lanes-inl.h"
 #include "collision/polytope_axes-inl.h"
 #undef SKERRY_LANES
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/narrowphase_kernels.h"
-
 namespace skerry::collision {
 namespace {
 
@@ -56,20 +54,7 @@ std::uint32_t blocks(std::size_t count) {
 
 }  // namespace
 
-PolytopeLanes SmallPolytope::view(std::uint32_t vertices, std::uint32_t faces,
-                                  std::uint32_t edges) const {
-  PolytopeLanes lanes;
-  lanes.vertex_count = vertices;
-  lanes.face_count = faces;
-  lanes.edge_count = edges;
-  lanes.vertex_stride = lanes.face_stride = lanes.edge_stride = kPad;
-  lanes.vertices = vertices_[0];
-  lanes.faces = faces_[0];
-  lanes.edges = edges_[0];
-  return lanes;
-}
-
-PolytopeLanes SmallPolytope::box(const V3f& half) {
+PolytopeLanes BoxLanes::box(const V3f& half) {
   const Rows vertices{vertices_[0], kPad}, faces{faces_[0], kPad}, edges{edges_[0], kPad};
   const V3f axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const float h[3] = {half.x, half.y, half.z};
@@ -94,33 +79,16 @@ PolytopeLanes SmallPolytope::box(const V3f& half) {
   vertices.pad_vertices(8, -half);
   faces.pad_faces(6);
   edges.pad_edges(12);
-  PolytopeLanes lanes = view(8, 6, 12);
+  PolytopeLanes lanes;
+  lanes.vertex_count = 8;
+  lanes.face_count = 6;
+  lanes.edge_count = 12;
+  lanes.vertex_stride = lanes.face_stride = lanes.edge_stride = kPad;
+  lanes.vertices = vertices_[0];
+  lanes.faces = faces_[0];
+  lanes.edges = edges_[0];
   lanes.size = std::max(half.x, std::max(half.y, half.z));
   lanes.radius = core::length(half);
-  return lanes;
-}
-
-PolytopeLanes SmallPolytope::triangle(const Triangle& triangle) {
-  const Rows vertices{vertices_[0], kPad}, faces{faces_[0], kPad}, edges{edges_[0], kPad};
-  const float offset = dot(triangle.normal, triangle.corner[0]);
-  float squared = 0;
-  std::uint32_t edge = 0;
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const V3f tail = triangle.corner[i];
-    vertices.put(0, i, tail);
-    squared = std::max(squared, dot(tail, tail));
-    if (!triangle.touchable[i]) continue;
-    const V3f beyond = triangle.beyond[i];
-    edges.put_edge(edge++, tail, triangle.corner[(i + 1) % 3] - tail, triangle.normal, offset,
-                   beyond, dot(beyond, tail));
-  }
-  faces.put_face(0, triangle.normal, offset);
-  vertices.pad_vertices(3, triangle.corner[0]);
-  faces.pad_faces(1);
-  edges.pad_edges(edge);
-  PolytopeLanes lanes = view(3, 1, edge);
-  lanes.size = core::length(triangle.corner[1] - triangle.corner[0]);
-  lanes.radius = std::sqrt(squared);
   return lanes;
 }
 

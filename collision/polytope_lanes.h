@@ -9,8 +9,6 @@
 
 namespace skerry::collision {
 
-struct Triangle;
-
 // A view. Rows are 64-byte aligned and as long as their stride, a multiple of kPad, which every
 // SIMD width divides. Beyond the counts: copies of the first vertex, faces and edges that no
 // direction finds.
@@ -46,19 +44,17 @@ struct PolytopeLanes {
   }
 };
 
-// Rows of a box or a triangle. A triangle has one face, and the edges that may be touched.
-class SmallPolytope {
+// Rows of a box.
+class BoxLanes {
  public:
-  SmallPolytope() = default;
-  SmallPolytope(const SmallPolytope&) = delete;
-  SmallPolytope& operator=(const SmallPolytope&) = delete;
+  BoxLanes() = default;
+  BoxLanes(const BoxLanes&) = delete;
+  BoxLanes& operator=(const BoxLanes&) = delete;
 
   PolytopeLanes box(const core::V3f& half);
-  PolytopeLanes triangle(const Triangle& triangle);
 
  private:
   static constexpr std::uint32_t kPad = PolytopeLanes::kPad;
-  PolytopeLanes view(std::uint32_t vertices, std::uint32_t faces, std::uint32_t edges) const;
 
   alignas(64) float vertices_[3][kPad];
   alignas(64) float faces_[PolytopeLanes::kFaceRows][kPad];

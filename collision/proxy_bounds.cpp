@@ -128,6 +128,7 @@ void ProxyBroadphase::add(const core::Bodies& bodies, const core::Colliders& col
     proxies_.resize(collider + 1);
     fat_.resize(collider + 1);
     marks_.resize(collider + 1, 0);
+    partners_.resize(collider + 1);
   }
   if (body >= leashes_.size()) {
     leashes_.resize(body + 1);
@@ -320,12 +321,13 @@ void ProxyBroadphase::refit(const StepContext& step, Task&) {
   touch_rejoined(step);
   touch_quarantined(step);
   gather_moved(step);
+  proxies_touched_ = moved_.size();
+  for (WorkerBuffers& worker : workers_) worker.found = 0;
   for (const ColliderIndex collider : moved_)
     if (!(proxies_[collider].flags & kIsPlane))
       move(collider, fat_[collider], of_fixed(proxies_[collider]));
   settle();
-  // Pairs were dropped, or colliders added, since the last step.
-  if (partner_.size() != step.contacts->pairs.size() || first_.size() != proxies_.size() + 1) {
+  if (partner_.size() != step.contacts->pairs.size()) {  // dropped since the last step
     index_pairs(*step.contacts);
     list_stale_ = true;
   }
@@ -380,6 +382,12 @@ void ProxyBroadphase::gather_moved(const StepContext& step) {
     });
   }
   std::sort(moved_.begin(), moved_.end());
+}
+
+std::uint64_t ProxyBroadphase::proxies_touched() const {
+  std::uint64_t sum = proxies_touched_;
+  for (const WorkerBuffers& worker : workers_) sum += worker.found;
+  return sum;
 }
 
 }  // namespace skerry::collision

@@ -22,6 +22,7 @@ class ProxyBroadphase : public Broadphase {
   void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
   void refit(const StepContext& step, Task& task) final;
   std::uint32_t moved_count() const final { return static_cast<std::uint32_t>(moved_.size()); }
+  std::uint64_t proxies_touched() const final;
   void query_pairs(const StepContext& step, IndexRange moved, Task& task) final;
   void merge_pairs(const StepContext& step) final;
 
@@ -69,6 +70,7 @@ class ProxyBroadphase : public Broadphase {
   struct WorkerBuffers {
     std::vector<std::uint64_t> keys;  // pairs found
     std::vector<ColliderIndex> candidates;
+    std::uint64_t found = 0;  // candidates of this step
   };
 
   static bool of_fixed(const Proxy& proxy) { return !(proxy.flags & (kOfDynamic | kOfKinematic)); }
@@ -121,8 +123,12 @@ class ProxyBroadphase : public Broadphase {
   std::vector<core::BodyIndex> last_awake_;
   std::vector<std::uint64_t> last_no_collide_;
 
-  // The pair table's keys, compact: partners of collider a are partner_[first_[a], first_[a + 1]).
-  std::vector<std::uint32_t> first_;
+  // The pair table's keys, compact: the higher partners of a collider are a range of partner_.
+  struct PartnerRange {
+    std::uint32_t begin = 0, end = 0;
+  };
+  std::vector<PartnerRange> partners_;  // [collider]
+  std::vector<ColliderIndex> owners_;   // whose range is not empty, ascending
   std::vector<ColliderIndex> partner_;
 
   std::vector<WorkerBuffers> workers_;
@@ -130,6 +136,7 @@ class ProxyBroadphase : public Broadphase {
   std::vector<core::ContactPair> new_pairs_;
   std::vector<std::uint32_t> parted_;  // rows of the pair table, ascending
   bool list_stale_ = true;             // ContactTable::active does not fit the pairs
+  std::uint64_t proxies_touched_ = 0;
 };
 
 }  // namespace skerry::collision

@@ -45,7 +45,8 @@ bool ProxyBroadphase::may_pair(const StepContext& step, const Proxy& a, const Pr
 
 bool ProxyBroadphase::is_pair(ColliderIndex a, ColliderIndex b) const {
   if (a > b) std::swap(a, b);
-  const auto begin = partner_.begin() + first_[a], end = partner_.begin() + first_[a + 1];
+  const auto begin = partner_.begin() + partners_[a].begin,
+             end = partner_.begin() + partners_[a].end;
   if (end - begin > 16) return std::binary_search(begin, end, b);
   return std::find(begin, end, b) != end;
 }
@@ -71,6 +72,7 @@ void ProxyBroadphase::query_one(const StepContext& step, ColliderIndex collider,
     if (is_pair(collider, other) || !may_pair(step, self, proxies_[other])) continue;
     buffers.keys.push_back(ordered_key(collider, other));
   }
+  buffers.found += candidates.size();
 }
 
 // Pairs of moved colliders whose boxes have parted, or that a rule now forbids. The pass over all
@@ -88,13 +90,11 @@ void ProxyBroadphase::find_parted(const StepContext& step) {
   }
   parted_.resize(count);
   for (const ColliderIndex a : moved_)
-    for (std::uint32_t row = first_[a]; row < first_[a + 1]; ++row)
+    for (std::uint32_t row = partners_[a].begin; row < partners_[a].end; ++row)
       if (!marks_[partner_[row]]) parted_.push_back(row);
   std::sort(parted_.begin(), parted_.end());
-  ColliderIndex a = 0;
   std::erase_if(parted_, [&](std::uint32_t row) {
-    while (first_[a + 1] <= row) ++a;
-    const ColliderIndex b = partner_[row];
+    const ColliderIndex a = step.contacts->pairs[row].a, b = partner_[row];
     if (!overlap(fat_[a], fat_[b])) return false;
     return !((marks_[a] | marks_[b]) & kTouched) || may_pair(step, proxies_[a], proxies_[b]);
   });
@@ -155,15 +155,22 @@ void ProxyBroadphase::insert_new(const StepContext& step, ContactTable& table) {
   }
 }
 
+// Costs what there are pairs, however many colliders have none.
 void ProxyBroadphase::index_pairs(const ContactTable& table) {
-  first_.assign(proxies_.size() + 1, 0);
+  for (const ColliderIndex owner : owners_) partners_[owner] = {};
+  proxies_touched_ += owners_.size();
+  owners_.clear();
   partner_.clear();
-  ColliderIndex next = 0;
   for (const ContactPair& pair : table.pairs) {
-    while (next <= pair.a) first_[next++] = static_cast<std::uint32_t>(partner_.size());
+    const auto row = static_cast<std::uint32_t>(partner_.size());
+    if (owners_.empty() || owners_.back() != pair.a) {
+      owners_.push_back(pair.a);
+      partners_[pair.a].begin = row;
+    }
+    partners_[pair.a].end = row + 1;
     partner_.push_back(pair.b);
   }
-  while (next < first_.size()) first_[next++] = static_cast<std::uint32_t>(partner_.size());
+  proxies_touched_ += owners_.size();
 }
 
 // The pair list holds no pair of two bodies that cannot react, so one awake body is enough.

@@ -61,6 +61,7 @@ struct MeshTree;
 struct MeshGeometry {
   std::vector<V3f> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<V3f> normals;  // [triangles] unit, to the front
   // [triangles] across the edges (v0v1, v1v2, v2v0): neighbour triangle, kNone at a border.
   std::vector<std::array<std::uint32_t, 3>> neighbours;
   // [triangles] bit e set: edge e is convex (may give edge contacts); clear: flat or concave.

@@ -521,18 +521,34 @@ TEST_P(PairTable, sleeping_pairs_are_kept_but_not_active) {
   EXPECT_EQ(table().active.size(), 1u);
 }
 
-TEST_P(PairTable, a_hundred_thousand_statics_add_nothing_to_a_step_with_one_mover) {
-  for (int i = 0; i < (GetParam() == BroadphaseKind::tree ? 100000 : 2000); ++i)
-    ball({1.5 * (i % 300), 0, 1.5 * (i / 300)}, 0);
-  const BodyIndex mover = ball({3, 1, 3});
-  scene.step();
-  for (int i = 0; i < 20; ++i) {
-    scene.bodies.pose[mover].center.x() += 0.3;
-    scene.step();
-    EXPECT_LE(scene.moved, 1u);
-    EXPECT_LE(table().pairs.size(), 6u);
-    EXPECT_GE(table().pairs.size(), 1u);
+// Proxies touched in each step while a hundred balls roll over a field of fixed ones.
+std::vector<std::uint64_t> touched_among(int fixed, BroadphaseKind kind) {
+  Scene scene{{{kind, 2}}};
+  Collider ball;
+  ball.size = {0.5f, 0, 0};
+  for (int i = 0; i < fixed; ++i)
+    scene.add_collider(scene.add_body(0, {1.5 * (i % 300), 0, 1.5 * (i / 300)}), ball);
+  std::vector<BodyIndex> movers;
+  for (int i = 0; i < 100; ++i) {
+    movers.push_back(scene.add_body(core::kDynamic, {3.0 * (i % 50), 1, 2.0 * (i / 50)}));
+    scene.add_collider(movers.back(), ball);
   }
+  scene.step();
+  std::vector<std::uint64_t> touched;
+  for (int step = 0; step < 20; ++step) {
+    for (const BodyIndex mover : movers) scene.bodies.pose[mover].center.x() += 0.3;
+    scene.step();
+    EXPECT_GT(scene.sides[0].contacts.pairs.size(), 100u);
+    touched.push_back(scene.sides[0].broadphase->proxies_touched());
+  }
+  return touched;
+}
+
+TEST_P(PairTable, a_hundred_movers_touch_no_more_proxies_among_a_hundred_thousand_statics) {
+  const int many = GetParam() == BroadphaseKind::tree ? 100000 : 4000;
+  const std::vector<std::uint64_t> few = touched_among(1200, GetParam());
+  EXPECT_GT(few[0], 100u);
+  EXPECT_EQ(touched_among(many, GetParam()), few);
 }
 
 TEST_P(PairTable, collect_gives_what_meets_the_box) {

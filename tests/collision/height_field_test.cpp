@@ -31,20 +31,16 @@ HeightField with_holes(int cells, double size, QueryRandom& random) {
 TEST(HeightField, HasTheTrianglesAndConvexEdgesOfTheSameMesh) {
   const auto field = build(wavy_field(13, 7));
   const auto mesh = collision::build_mesh(*wavy_mesh(13, 7), {1, 1, 1});
-  core::Collider collider;
-  collider.type = core::ShapeType::height_field;
-  collider.field = field.get();
-  collision::PlacedShape placed;
-  placed.collider = &collider;
-  placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   ASSERT_EQ(mesh->triangles.size(), 2 * field->cells.size());
   for (std::uint32_t t = 0; t < mesh->triangles.size(); ++t) {
-    const collision::Triangle triangle = collision::field_triangle(placed, t);
+    const collision::SurfaceTriangle triangle = collision::field_triangle(*field, t);
     for (unsigned i = 0; i < 3; ++i) {
       const core::V3f expected = mesh->vertices[mesh->triangles[t][i]];
       EXPECT_EQ(core::length(triangle.corner[i] - expected), 0) << t;
       const bool border = mesh->neighbours[t][i] == core::kNone;
-      EXPECT_EQ(triangle.touchable[i], border || (mesh->convex_edges[t] >> i & 1)) << t << " " << i;
+      EXPECT_EQ((triangle.touchable >> i & 1) != 0, border || (mesh->convex_edges[t] >> i & 1) != 0)
+          << t << " " << i;
+      EXPECT_EQ((triangle.border >> i & 1) != 0, border) << t << " " << i;
     }
   }
 }

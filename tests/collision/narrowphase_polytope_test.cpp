@@ -50,7 +50,7 @@ class RandomQuery {
 
  private:
   std::shared_ptr<const core::HullGeometry> a_, b_;
-  collision::SmallPolytope room_;
+  collision::BoxLanes room_;
 };
 
 bool same(const Axis& a, const Axis& b) {

@@ -1,0 +1,101 @@
+// The triangle kernels at the widths of this machine's instruction sets.
+#include <cstring>
+
+#include "collision/triangle_batch.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "collision/triangle_batch_simd.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace skerry::collision {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+
+static unsigned place_here(const SurfaceFrame& surface, const core::V3f& middle, int count,
+                           TriangleBatch& batch) {
+  return place_triangles_reference(surface, middle, count, batch);
+}
+static unsigned search_here(const TriangleSearch& search, int count, const TriangleBatch& batch,
+                            TriangleAxes& axes) {
+  return search_triangles_reference(search, count, batch, axes);
+}
+static unsigned touch_here(const core::V3f& center, float reach, int count,
+                           const TriangleBatch& batch, TriangleTouches& touches) {
+  return touch_triangles_reference(center, reach, count, batch, touches);
+}
+
+#else
+
+#include "collision/simd_lanes-inl.h"
+
+#define SKERRY_LANES HWY_ATTR
+#include "collision/lane_vectors-inl.h"
+
+#include "collision/axis_lanes-inl.h"
+#include "collision/triangle_lanes-inl.h"
+#undef SKERRY_LANES
+
+static unsigned place_here(const SurfaceFrame& surface, const core::V3f& middle, int count,
+                           TriangleBatch& batch) {
+  return place_triangle_lanes<Lane>(surface, middle, count, batch);
+}
+static unsigned search_here(const TriangleSearch& search, int count, const TriangleBatch& batch,
+                            TriangleAxes& axes) {
+  return search_triangle_lanes<Lane>(search, count, batch, axes);
+}
+static unsigned touch_here(const core::V3f& center, float reach, int count,
+                           const TriangleBatch& batch, TriangleTouches& touches) {
+  return touch_triangle_lanes<Lane>(center, reach, count, batch, touches);
+}
+
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace skerry::collision
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace skerry::collision {
+
+HWY_EXPORT(place_here);
+HWY_EXPORT(search_here);
+HWY_EXPORT(touch_here);
+
+unsigned place_triangles(const SurfaceFrame& surface, const core::V3f& middle, int count,
+                         TriangleBatch& batch) {
+  return HWY_DYNAMIC_DISPATCH(place_here)(surface, middle, count, batch);
+}
+unsigned search_triangles(const TriangleSearch& search, int count, const TriangleBatch& batch,
+                          TriangleAxes& axes) {
+  return HWY_DYNAMIC_DISPATCH(search_here)(search, count, batch, axes);
+}
+unsigned touch_triangles(const core::V3f& center, float reach, int count,
+                         const TriangleBatch& batch, TriangleTouches& touches) {
+  return HWY_DYNAMIC_DISPATCH(touch_here)(center, reach, count, batch, touches);
+}
+
+TriangleKernels triangle_kernels_of(const char* target) {
+  const auto is = [target](std::int64_t bit) {
+    return std::strcmp(hwy::TargetName(bit), target) == 0 && (hwy::SupportedTargets() & bit) != 0;
+  };
+#if HWY_TARGETS & HWY_SSSE3
+  if (is(HWY_SSSE3)) return {N_SSSE3::place_here, N_SSSE3::search_here, N_SSSE3::touch_here};
+#endif
+#if HWY_TARGETS & HWY_SSE4
+  if (is(HWY_SSE4)) return {N_SSE4::place_here, N_SSE4::search_here, N_SSE4::touch_here};
+#endif
+#if HWY_TARGETS & HWY_AVX2
+  if (is(HWY_AVX2)) return {N_AVX2::place_here, N_AVX2::search_here, N_AVX2::touch_here};
+#endif
+#if HWY_TARGETS & HWY_AVX3
+  if (is(HWY_AVX3)) return {N_AVX3::place_here, N_AVX3::search_here, N_AVX3::touch_here};
+#endif
+  return {};
+}
+
+}  // namespace skerry::collision
+#endif  // HWY_ONCE

@@ -1,0 +1,253 @@
+// The triangle kernels: the same bits at every width, and what they say is true.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "collision/geometry_build.h"
+#include "collision/narrowphase_kernels.h"
+#include "tests/collision/narrowphase_fixture.h"
+
+namespace skerry::test {
+namespace {
+
+using collision::TriangleAxes;
+using collision::TriangleBatch;
+using collision::TriangleTouches;
+using core::V3f;
+
+constexpr const char* kTargets[] = {"SSSE3", "SSE4", "AVX2", "AVX3"};
+
+V3f random_vector(Random& random, double most) {
+  return core::to_float(Vec3(random.uniform(0, most) * random.unit()));
+}
+
+// Triangles about a shape at the origin; edges are touchable, flat or borders by chance.
+int random_triangles(Random& random, TriangleBatch& batch) {
+  const int count = 1 + static_cast<int>(random.uniform(0, 15.99));
+  collision::SurfaceTriangle t;
+  for (int lane = 0; lane < TriangleBatch::kSize; ++lane) {
+    if (lane < count) {
+      for (V3f& corner : t.corner) corner = random_vector(random, 1.2);
+      t.normal = collision::direction(
+          core::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]), {0, 1, 0});
+      t.touchable = static_cast<unsigned>(random.uniform(0, 7.99));
+      t.border = t.touchable & static_cast<unsigned>(random.uniform(0, 7.99));
+      for (V3f& beyond : t.beyond)
+        beyond = collision::direction(t.normal + random_vector(random, 1), t.normal);
+    }
+    batch.put(lane, t);
+  }
+  return count;
+}
+
+collision::SurfaceFrame random_frame(Random& random) {
+  return {random_vector(random, 0.5), core::to_matrix(core::to_float(random.rotation()))};
+}
+
+template <std::size_t Rows>
+bool same_lanes(const float (&a)[Rows][TriangleBatch::kSize],
+                const float (&b)[Rows][TriangleBatch::kSize], unsigned lanes) {
+  for (std::size_t row = 0; row < Rows; ++row)
+    for (unsigned lane = 0; lane < TriangleBatch::kSize; ++lane)
+      if ((lanes >> lane & 1) && std::memcmp(&a[row][lane], &b[row][lane], sizeof(float)) != 0)
+        return false;
+  return true;
+}
+bool same_lanes(const float (&a)[TriangleBatch::kSize], const float (&b)[TriangleBatch::kSize],
+                unsigned lanes) {
+  for (unsigned lane = 0; lane < TriangleBatch::kSize; ++lane)
+    if ((lanes >> lane & 1) && std::memcmp(&a[lane], &b[lane], sizeof(float)) != 0) return false;
+  return true;
+}
+
+// A box or a random hull in a random place, ready to be searched.
+class Polytope {
+ public:
+  Polytope(Random& random, bool box) {
+    ConvexHull points;
+    for (int i = 0; i < 12; ++i) points.points.push_back(random.uniform(0.3, 0.6) * random.unit());
+    for (int i = 0; i < 3; ++i)
+      for (const double sign : {-0.3, 0.3}) points.points.push_back(sign * Vec3::Unit(i));
+    hull_ = collision::build_hull(points.points);
+    collider_.type = box ? core::ShapeType::box : core::ShapeType::hull;
+    collider_.size = {0.4f, 0.5f, 0.3f};
+    collider_.hull = hull_.get();
+    placed.collider = &collider_;
+    placed.center = random_vector(random, 0.3);
+    placed.axes = core::to_matrix(core::to_float(random.rotation()));
+    collision::prepare_search(placed, 0.05f, rows_, search);
+  }
+  collision::PlacedShape placed;
+  collision::TriangleSearch search;
+
+ private:
+  std::shared_ptr<const core::HullGeometry> hull_;
+  core::Collider collider_;
+  collision::BoxLanes rows_;
+};
+
+TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
+  Random random(21);
+  int near_polytopes = 0, near_spheres = 0;
+  for (int i = 0; i < 2000; ++i) {
+    TriangleBatch local;
+    const int count = random_triangles(random, local);
+    const collision::SurfaceFrame frame = random_frame(random);
+    const Polytope polytope(random, i % 2 == 0);
+    const V3f center = random_vector(random, 0.5);
+    TriangleBatch batch = local;
+    TriangleAxes axes;
+    TriangleTouches touches;
+    const unsigned all = (1u << count) - 1;
+    const unsigned front = place_triangles_reference(frame, center, count, batch);
+    const unsigned near = search_triangles_reference(polytope.search, count, batch, axes);
+    const unsigned touched = touch_triangles_reference(center, 0.4f, count, batch, touches);
+    near_polytopes += std::popcount(near);
+    near_spheres += std::popcount(touched);
+    for (const char* target : kTargets) {
+      const collision::TriangleKernels kernels = collision::triangle_kernels_of(target);
+      if (kernels.place == nullptr) continue;
+      TriangleBatch wide = local;
+      TriangleAxes wide_axes;
+      TriangleTouches wide_touches;
+      ASSERT_EQ(kernels.place(frame, center, count, wide), front) << target;
+      ASSERT_TRUE(same_lanes(batch.rows, wide.rows, all)) << target;
+      ASSERT_EQ(kernels.search(polytope.search, count, wide, wide_axes), near) << target;
+      ASSERT_TRUE(same_lanes(axes.face_a, wide_axes.face_a, near)) << target;
+      ASSERT_TRUE(same_lanes(axes.face_a_index, wide_axes.face_a_index, near)) << target;
+      ASSERT_TRUE(same_lanes(axes.face_b, wide_axes.face_b, near)) << target;
+      ASSERT_TRUE(same_lanes(axes.edges, wide_axes.edges, near)) << target;
+      ASSERT_TRUE(same_lanes(axes.edges_index, wide_axes.edges_index, near)) << target;
+      ASSERT_EQ(kernels.touch(center, 0.4f, count, wide, wide_touches), touched) << target;
+      ASSERT_TRUE(same_lanes(touches.out, wide_touches.out, touched)) << target;
+      ASSERT_TRUE(same_lanes(touches.distance, wide_touches.distance, touched)) << target;
+    }
+  }
+  EXPECT_GT(near_polytopes, 1000);
+  EXPECT_GT(near_spheres, 1000);
+}
+
+Vec3 corner_of(const TriangleBatch& batch, int lane, int i) {
+  const int row = TriangleBatch::kCorner + 3 * i;
+  return {double(batch.rows[row][lane]), double(batch.rows[row + 1][lane]),
+          double(batch.rows[row + 2][lane])};
+}
+Vec3 normal_of(const TriangleBatch& batch, int lane) {
+  return {double(batch.rows[TriangleBatch::kNormal][lane]),
+          double(batch.rows[TriangleBatch::kNormal + 1][lane]),
+          double(batch.rows[TriangleBatch::kNormal + 2][lane])};
+}
+
+// How far a polytope's vertices reach along a direction, in the pair's frame.
+double reach(const Polytope& polytope, const Vec3& along) {
+  const collision::PolytopeLanes& a = polytope.search.a;
+  double most = -1e30;
+  for (std::uint32_t i = 0; i < a.vertex_count; ++i) {
+    const V3f v{a.vertices[i], a.vertices[a.vertex_stride + i],
+                a.vertices[2 * a.vertex_stride + i]};
+    most = std::max(most,
+                    along.dot(core::to_double(polytope.placed.center + polytope.placed.axes * v)));
+  }
+  return most;
+}
+// Of the triangle from the polytope along a direction.
+double separation(const Polytope& polytope, const TriangleBatch& batch, int lane,
+                  const Vec3& along) {
+  double least = 1e30;
+  for (int i = 0; i < 3; ++i) least = std::min(least, along.dot(corner_of(batch, lane, i)));
+  return least - reach(polytope, along);
+}
+
+TEST(TriangleBatch, a_polytopes_axes_have_the_separations_told) {
+  Random random(22);
+  int faces = 0, edges = 0;
+  for (int i = 0; i < 1500; ++i) {
+    TriangleBatch batch;
+    const int count = random_triangles(random, batch);
+    const Polytope polytope(random, i % 2 == 0);
+    collision::place_triangles(random_frame(random), {0, 0, 0}, count, batch);
+    TriangleAxes axes;
+    for (unsigned near = search_triangles(polytope.search, count, batch, axes); near != 0;
+         near &= near - 1) {
+      const int lane = std::countr_zero(near);
+      const auto at = static_cast<std::size_t>(lane);
+      ASSERT_NEAR(double(axes.face_b[at]),
+                  separation(polytope, batch, lane, -normal_of(batch, lane)), 1e-5);
+      if (axes.face_a[at] > -1e30f) {
+        ++faces;
+        const auto face = static_cast<std::uint32_t>(axes.face_a_index[at]);
+        const Vec3 normal = core::to_double(polytope.search.face_normals[face]);
+        ASSERT_NEAR(double(axes.face_a[at]), separation(polytope, batch, lane, normal), 1e-5);
+      }
+      if (axes.edges[at] > -1e30f) {
+        ++edges;
+        const auto pair = static_cast<std::uint32_t>(axes.edges_index[at]);
+        const int e = static_cast<int>(pair % 3);
+        ASSERT_GT(batch.rows[TriangleBatch::kTouchable + e][lane], 0);
+        const Vec3 along = corner_of(batch, lane, (e + 1) % 3) - corner_of(batch, lane, e);
+        const Vec3 cross =
+            core::to_double(polytope.search.edges[pair / 3].along).cross(along).normalized();
+        const double told = double(axes.edges[at]);
+        // The axis' supporting plane of the polytope holds its edge; the triangle's edge may stop
+        // short of the plane of a neighbour that this test does not have.
+        const Vec3 tail = core::to_double(polytope.search.edges[pair / 3].tail);
+        const double gap = std::abs(cross.dot(corner_of(batch, lane, e) - tail));
+        ASSERT_NEAR(std::abs(told), gap, 1e-4);
+      }
+    }
+  }
+  EXPECT_GT(faces, 1000);
+  EXPECT_GT(edges, 200);
+}
+
+// Nearest point of a triangle by its barycentric grid, refined.
+double grid_distance(const TriangleBatch& batch, int lane, const Vec3& p) {
+  const Vec3 a = corner_of(batch, lane, 0), u = corner_of(batch, lane, 1) - a,
+             v = corner_of(batch, lane, 2) - a;
+  double best = 1e30, at_s = 0, at_t = 0;
+  for (double step = 0.1; step > 1e-5; step /= 5) {
+    const double mid_s = at_s, mid_t = at_t;
+    for (int i = -10; i <= 10; ++i)
+      for (int k = -10; k <= 10; ++k) {
+        const double s = std::clamp(mid_s + i * step, 0.0, 1.0);
+        const double t = std::clamp(mid_t + k * step, 0.0, 1.0 - s);
+        const double distance = (a + s * u + t * v - p).norm();
+        if (distance >= best) continue;
+        best = distance;
+        at_s = s;
+        at_t = t;
+      }
+  }
+  return best;
+}
+
+TEST(TriangleBatch, a_spheres_distance_is_that_of_the_nearest_point) {
+  Random random(23);
+  int hits = 0;
+  for (int i = 0; i < 150; ++i) {
+    TriangleBatch batch;
+    const int count = random_triangles(random, batch);
+    const V3f center = random_vector(random, 0.5);
+    collision::place_triangles(random_frame(random), center, count, batch);
+    TriangleTouches touches;
+    for (unsigned near = touch_triangles(center, 0.5f, count, batch, touches); near != 0;
+         near &= near - 1) {
+      const int lane = std::countr_zero(near);
+      ++hits;
+      const double distance = double(touches.distance[lane]);
+      ASSERT_NEAR(distance, grid_distance(batch, lane, core::to_double(center)), 1e-3);
+      const Vec3 out{double(touches.out[0][lane]), double(touches.out[1][lane]),
+                     double(touches.out[2][lane])};
+      ASSERT_NEAR(out.norm(), 1, 1e-5);
+      ASSERT_GE(out.dot(normal_of(batch, lane)), 0);
+      ASSERT_NEAR(grid_distance(batch, lane, core::to_double(center) - distance * out), 0, 1e-3);
+    }
+  }
+  EXPECT_GT(hits, 100);
+}
+
+}  // namespace
+}  // namespace skerry::test
