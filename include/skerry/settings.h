@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 
 #include <skerry/jobs/executor.h>
@@ -76,7 +77,10 @@ struct WorldSettings {
   BroadphaseKind broadphase = BroadphaseKind::tree;
   bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
-  bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
+  // m/s, at least 0: also report ContactEventKind::hit for pairs that pressed in the step after an
+  // approach faster than this. Infinite: none.
+  double hit_speed = std::numeric_limits<double>::infinity();
+  bool record_tasks = false;  // keep every task of the last step for World::last_tasks()
   // Called after every step on the thread that made it, the dedicated thread too, with that step's
   // report and (with record_tasks) its tasks. It may not call the world. What it throws reaches
   // whoever asked for the step, as from any callback.

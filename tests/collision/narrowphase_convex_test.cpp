@@ -55,16 +55,18 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
     scene_.contact().manifold_count = 0;
     scene_.collide();
   }
+  // `shapes` random pairs of shapes, in `poses` each.
+  void expect_best_depths(std::uint64_t seed, int shapes, int poses);
+
   ShapeGeometry a_ = Sphere{}, b_ = Sphere{};
   Pose pose_a_, pose_b_;
   PairScene scene_;
 };
 
-TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
-  Random random(7);
+void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, int poses) {
+  Random random(seed);
   int contacts = 0, overlaps = 0;
-  constexpr int kShapes = 20, kPoses = 100;
-  for (int shape = 0; shape < kShapes; ++shape) {
+  for (int shape = 0; shape < shapes; ++shape) {
     a_ = random_shape(GetParam().first, random);
     b_ = random_shape(GetParam().second, random);
     scene_ = PairScene();
@@ -72,7 +74,7 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     scene_.add(b_, {});
     scene_.pair(0, 1);
     const double least = std::min(size(a_), size(b_));
-    for (int i = 0; i < kPoses; ++i) {
+    for (int i = 0; i < poses; ++i) {
       SCOPED_TRACE("shapes " + std::to_string(shape) + " pose " + std::to_string(i));
       place(random, i);
       collide();
@@ -96,7 +98,14 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     }
   }
   EXPECT_GT(contacts, overlaps * 0.95);
-  EXPECT_GT(overlaps, kShapes * kPoses / 7);
+  EXPECT_GT(overlaps, shapes * poses / 7);
+}
+
+TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
+  expect_best_depths(7, 20, 100);
+}
+TEST_P(NarrowphaseConvexPair, depth_and_normal_of_a_hundred_thousand_pairs_stress) {
+  expect_best_depths(77, 1000, 100);
 }
 
 TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {
