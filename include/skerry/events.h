@@ -18,8 +18,8 @@ enum class ContactEventKind : std::uint8_t {
   hit,      // they pressed after an approach faster than WorldSettings::hit_speed
 };
 
-// Events of a step are ordered by body indices (a, b), generations, then shapes, and those of one pair
-// as end, begin, persist, hit: the same list in every mode, for any number of workers.
+// Events of a step are ordered by a, then b (index, then generation), then shapes, and those of one
+// pair as end, begin, persist, hit: the same list in every mode, for any number of workers.
 struct ContactEvent {
   ContactEventKind kind = ContactEventKind::begin;
   bool sensor = false;                     // one of the shapes is a sensor: nothing was pushed
