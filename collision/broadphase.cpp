@@ -16,13 +16,16 @@ std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind) {
   return nullptr;
 }
 
-void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider) {
+namespace {
+
+template <class Condition>
+void drop_pairs_if(core::ContactTable& contacts, const Condition& condition) {
   std::size_t kept = 0;
   for (std::size_t row = 0; row < contacts.pairs.size(); ++row) {
     const core::ContactPair& pair = contacts.pairs[row];
-    if (pair.a == collider || pair.b == collider) {
+    if (condition(pair)) {
       core::give_manifolds(contacts, pair.first_manifold, pair.manifold_capacity);
-      if (pair.flags & core::kTouching) contacts.ended.push_back(pair);
+      if (pair.flags & (core::kTouching | core::kBegun)) contacts.ended.push_back(pair);
       continue;
     }
     if (kept != row) contacts.pairs[kept] = pair;
@@ -31,6 +34,20 @@ void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider) {
   if (kept == contacts.pairs.size()) return;
   contacts.pairs.resize(kept);
   contacts.active.clear();  // its rows have shifted
+}
+
+}  // namespace
+
+void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider) {
+  drop_pairs_if(contacts, [collider](const core::ContactPair& pair) {
+    return pair.a == collider || pair.b == collider;
+  });
+}
+
+void drop_pairs_of_body(core::ContactTable& contacts, core::BodyIndex body) {
+  drop_pairs_if(contacts, [body](const core::ContactPair& pair) {
+    return pair.body_a == body || pair.body_b == body;
+  });
 }
 
 void refit_broadphase(const StepContext& step, IndexRange, Task& task) {

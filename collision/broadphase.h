@@ -14,21 +14,22 @@ inline constexpr float kSpeculativeDistance = 0.005f;  // m
 
 // The three kinds (our tree, sweep and prune, FCL's manager) differ in how they find pairs and in
 // nothing else: the pair list after merge_pairs is "all pairs of fat boxes that overlap, whose
-// filters meet, of different bodies, at least one of them dynamic or a sensor's, not joined" -
-// the same list whatever the kind.
+// filters meet, of different bodies, one of them dynamic - or one kinematic and one a sensor's -,
+// not joined" - the same list whatever the kind.
 class Broadphase {
  public:
   virtual ~Broadphase() = default;
 
-  // Between steps. A collider is in from add to remove; `touch` gives it new bounds at its body's
-  // present pose and has all its pairs checked anew: after a teleport, a change of the body's type,
-  // of the filter, or of the shape's place or size. What it knows of a collider it copies here.
-  // Joints need no touch: changes of Joints::no_collide are seen.
+  // Between steps. `add` takes in those colliders of a body that are not in yet; a collider is in
+  // from there to remove. `touch` gives all of a body new bounds at its present pose and has its
+  // pairs checked anew: after a teleport, a change of the body's type, of a filter, or of a shape's
+  // place or size. What it knows of a collider it copies here. Joints need no touch: changes of
+  // Joints::no_collide are seen.
   virtual void add(const core::Bodies& bodies, const core::Colliders& colliders,
-                   ColliderIndex collider) = 0;
+                   core::BodyIndex body) = 0;
   virtual void remove(ColliderIndex collider) = 0;
   virtual void touch(const core::Bodies& bodies, const core::Colliders& colliders,
-                     ColliderIndex collider) = 0;
+                     core::BodyIndex body) = 0;
 
   // Fat box of a collider.
   virtual const Aabb& fat_bounds(ColliderIndex collider) const = 0;
@@ -49,10 +50,11 @@ class Broadphase {
 
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind);
 
-// Removes all pairs of a collider from the table (it is being removed). Touching ones go to
+// Removes all pairs of a collider, or of a body's colliders, from the table. Touching ones go to
 // ContactTable::ended, so that their "end" events come with the next step. ContactTable::active is
 // empty afterwards if there were any, until merge_pairs fills it.
 void drop_pairs_of(core::ContactTable& contacts, ColliderIndex collider);
+void drop_pairs_of_body(core::ContactTable& contacts, core::BodyIndex body);
 
 // Stages. refit_broadphase, once: gathers the moved colliders in ascending order and updates the
 // structure. query_pairs, per moved collider: finds partners. merge_pairs, once: brings

@@ -184,10 +184,12 @@ Box swept_ball(const Sweep& ball, double radius, const Sweep& mesh, double t0, d
   return box;
 }
 
-// A convex shape against the triangles that lie in its way, stretch by stretch.
-double impact_with_mesh(const Collider& convex, const Sweep& sweep, double radius,
-                        const Collider& mesh_collider, const Sweep& mesh_sweep, double touch,
-                        std::vector<std::uint32_t>& triangles) {
+// A convex shape against the triangles that lie in its way, stretch by stretch: when it first meets
+// one, as when(shape, triangle, last) has it.
+template <class When>
+double first_with_mesh(const Collider& convex, const Sweep& sweep, double radius,
+                       const Collider& mesh_collider, const Sweep& mesh_sweep, bool front_only,
+                       std::vector<std::uint32_t>& triangles, const When& when) {
   const core::MeshGeometry& mesh = *mesh_collider.mesh;
   const V3d local = wide(mesh_collider.local_position);
   const M3d axes = mesh_collider.has_local_rotation ? matrix_of(mesh_collider.local_rotation)
@@ -224,9 +226,8 @@ double impact_with_mesh(const Collider& convex, const Sweep& sweep, double radiu
       const V3d normal =
           mesh_sweep.axes_at(0) * cross(corner[1] - corner[0], corner[2] - corner[0]);
       const V3d from = mesh_sweep.center_at(0) + mesh_sweep.axes_at(0) * corner[0];
-      if (dot(normal, middle - from) < 0) continue;
-      const double time = impact_of(convex, shape, swept_triangle(corner, mesh_sweep), touch,
-                                    std::min(earliest, t1));
+      if (front_only && dot(normal, middle - from) < 0) continue;
+      const double time = when(shape, swept_triangle(corner, mesh_sweep), std::min(earliest, t1));
       earliest = std::min(earliest, time);
     }
   }
@@ -264,6 +265,14 @@ bool far_from_box(const StepContext& step, const Sweep& ball, double radius, con
   return false;
 }
 
+// When shape a first touches a sensor, or as one. Seen from `touch` away it would be too early: the
+// shape is that much smaller.
+template <class Other>
+double crossing_of(const Collider& collider, SweptShape a, Other b, double touch, double last) {
+  a.erode(collider, std::min(touch, 0.5 * inner_radius(collider)));
+  return first_near(a, b, touch, 0, last);
+}
+
 double impact_of_pair(const StepContext& step, const FastPair& pair,
                       std::vector<std::uint32_t>& triangles) {
   const Bodies& bodies = *step.bodies;
@@ -279,6 +288,10 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   const Vec3 origin = bodies.pose[a.body].center;
   Sweep sa = path_of(step, a.body, origin), sb = path_of(step, b.body, origin);
   const core::BodyMass &ma = bodies.mass[a.body], &mb = bodies.mass[b.body];
+  if (pair.sensor) {  // which the solid shapes' radius leaves out
+    sa.turn_radius = std::max(sa.turn_radius, ma.radius);
+    sb.turn_radius = std::max(sb.turn_radius, mb.radius);
+  }
 
   const double apart = length(sb.center - sa.center);
   const bool both_go = sa.end == 1 && sb.end == 1;
@@ -290,10 +303,14 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   add_turning(step, b.body, sb);
   if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
   const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart - most);
-  if (b.type == ShapeType::plane)
-    return impact_of(a, swept_shape(a, sa), swept_plane(b, sb), touch, 1);
-  if (b.type == ShapeType::mesh) return impact_with_mesh(a, sa, ma.radius, b, sb, touch, triangles);
-  return impact_of(a, swept_shape(a, sa), swept_shape(b, sb), touch, 1);
+  const auto when = [&](const SweptShape& shape, const auto& other, double last) {
+    return pair.sensor ? crossing_of(a, shape, other, touch, last)
+                       : impact_of(a, shape, other, touch, last);
+  };
+  if (b.type == ShapeType::plane) return when(swept_shape(a, sa), swept_plane(b, sb), 1);
+  if (b.type == ShapeType::mesh)
+    return first_with_mesh(a, sa, ma.radius, b, sb, !pair.sensor, triangles, when);
+  return when(swept_shape(a, sa), swept_shape(b, sb), 1);
 }
 
 // -- Which pairs.
@@ -302,13 +319,25 @@ bool may_meet(const StepContext& step, BodyIndex a, BodyIndex b) {
   return !is_fast_kinematic(step, a) && !is_fast_kinematic(step, b);
 }
 
+bool kinematic_may_cross(const StepContext& step, BodyIndex body) {
+  return step.settings->continuous && is_fast_kinematic(step, body);
+}
+
 void add_active_pairs(const StepContext& step) {
   const Bodies& bodies = *step.bodies;
   for (const std::uint32_t row : step.contacts->active) {
     const ContactPair& pair = step.contacts->pairs[row];
-    if (!((bodies.flags[pair.body_a] | bodies.flags[pair.body_b]) & core::kFast)) continue;
-    if ((pair.flags & core::kSensorPair) || !may_meet(step, pair.body_a, pair.body_b)) continue;
-    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever});
+    const bool sensor = pair.flags & core::kSensorPair;
+    const bool fast = (bodies.flags[pair.body_a] | bodies.flags[pair.body_b]) & core::kFast;
+    if (sensor) {
+      if (pair.flags & core::kBegun) continue;  // its overlap at one pose a step says enough
+      if (!fast && !kinematic_may_cross(step, pair.body_a) &&
+          !kinematic_may_cross(step, pair.body_b))
+        continue;
+    } else if (!fast || !may_meet(step, pair.body_a, pair.body_b)) {
+      continue;
+    }
+    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor});
   }
 }
 
@@ -335,10 +364,10 @@ bool is_inside(const Aabb& inner, const Aabb& outer) {
 }
 
 template <class Visit>
-void for_solid_colliders(const StepContext& step, BodyIndex body, const Visit& visit) {
+void for_colliders(const StepContext& step, BodyIndex body, const Visit& visit) {
   for (ColliderIndex c = step.bodies->first_collider[body]; c != core::kNone;
        c = step.colliders->rows[c].next_in_body)
-    if (!step.colliders->rows[c].sensor) visit(c);
+    visit(c);
 }
 
 bool joined(const StepContext& step, BodyIndex a, BodyIndex b) {
@@ -351,18 +380,18 @@ bool joined(const StepContext& step, BodyIndex a, BodyIndex b) {
 void add_pair(const StepContext& step, ColliderIndex a, ColliderIndex b) {
   if (a > b) std::swap(a, b);
   const Collider &ca = step.colliders->rows[a], &cb = step.colliders->rows[b];
-  if (ca.body == cb.body || cb.sensor || ca.sensor || !core::filters_meet(ca.filter, cb.filter))
-    return;
+  if (ca.body == cb.body || !core::filters_meet(ca.filter, cb.filter)) return;
+  const bool sensor = ca.sensor || cb.sensor;
   const std::uint32_t flags = step.bodies->flags[ca.body] | step.bodies->flags[cb.body];
   if ((flags & core::kQuarantined) || joined(step, ca.body, cb.body)) return;
-  if (!may_meet(step, ca.body, cb.body)) return;
+  if (!sensor && !may_meet(step, ca.body, cb.body)) return;
   const std::uint64_t key = (std::uint64_t{a} << 32) | b;
   const auto& pairs = step.contacts->pairs;
   const auto at = std::lower_bound(
       pairs.begin(), pairs.end(), key,
       [](const ContactPair& pair, std::uint64_t wanted) { return pair.key() < wanted; });
   if (at != pairs.end() && at->key() == key) return;  // it is an active pair
-  step.fast->pairs.push_back({a, b, ca.body, cb.body, kNever});
+  step.fast->pairs.push_back({a, b, ca.body, cb.body, kNever, sensor});
 }
 
 // Fat boxes foresee flights that forces bend by no more than a contact's reach.
@@ -383,7 +412,7 @@ void add_thrown(const StepContext& step, ContinuousScratch& scratch) {
   thrown.clear();
   for (const BodyIndex body : step.fast->bodies) {
     if (was_foreseen(step, body)) continue;
-    for_solid_colliders(step, body, [&](ColliderIndex c) {
+    for_colliders(step, body, [&](ColliderIndex c) {
       const Aabb box = box_over_step(step, c, body);
       if (!is_inside(box, step.broadphase->fat_bounds(c))) thrown.push_back({box, c});
     });
@@ -416,12 +445,16 @@ void find_fast(const StepContext& step, IndexRange, Task&) {
   fast.bodies.clear();
   fast.pairs.clear();
   fast.stopped.clear();
+  fast.crossed.clear();
+  bool kinematic = false;
   for (const BodyIndex body : bodies.awake) {
-    if (!is_fast(bodies, body)) continue;
-    fast.bodies.push_back(body);
-    fast.part[body] = 1;
+    if (is_fast(bodies, body)) {
+      fast.bodies.push_back(body);
+      fast.part[body] = 1;
+    }
+    kinematic = kinematic || kinematic_may_cross(step, body);
   }
-  if (fast.bodies.empty()) return;
+  if (fast.bodies.empty() && !kinematic) return;
   add_active_pairs(step);
   add_thrown(step, *step.continuous);
   std::sort(fast.pairs.begin(), fast.pairs.end(), by_colliders);
@@ -460,6 +493,7 @@ class Impacts {
     scratch_.of_body.clear();
     for (std::uint32_t i = 0; i < fast_.pairs.size(); ++i) {
       const FastPair& pair = fast_.pairs[i];
+      if (pair.sensor) continue;
       if (pair.touch <= 1) push(i);
       if (!is_fast(pair.body_a) || !is_fast(pair.body_b)) continue;
       scratch_.of_body.emplace_back(pair.body_a, i);
@@ -514,7 +548,18 @@ class Impacts {
 }  // namespace
 
 void order_impacts(const StepContext& step) {
-  if (!step.fast->pairs.empty()) Impacts(step).run();
+  FastBodies& fast = *step.fast;
+  if (fast.pairs.empty()) return;
+  Impacts(step).run();
+  const auto stopped_before = [&](BodyIndex body, double time) {
+    return is_fast(*step.bodies, body) && fast.part[body] < time;
+  };
+  for (FastPair& pair : fast.pairs) {
+    if (!pair.sensor) continue;
+    if (stopped_before(pair.body_a, pair.touch) || stopped_before(pair.body_b, pair.touch))
+      pair.touch = impact_of_pair(step, pair, step.continuous->workers[0].triangles);
+    if (pair.touch <= 1) fast.crossed.push_back(pair);
+  }
 }
 
 }  // namespace skerry::collision

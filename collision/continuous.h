@@ -1,6 +1,6 @@
 // Continuous collision: fast bodies stop where they first meet something in the step.
 //
-//   Who      Fast bodies (core/fast_bodies.h) against everything they may touch but sensors; the
+//   Who      Fast bodies (core/fast_bodies.h) against everything they may touch; the
 //            other body's motion counts too. Pairs come from the broadphase, whose fat boxes hold
 //            the whole step, and from the tree for bodies that were thrown out of theirs by an
 //            impact in this very step.

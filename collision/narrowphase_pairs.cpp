@@ -337,9 +337,7 @@ std::uint32_t write(const PatchSet& patches, const V3f& linear, const V3f& angul
 }
 
 void mark(core::ContactPair& pair, bool touching) {
-  const std::uint32_t was = pair.flags & core::kTouching ? core::kWasTouching : 0u;
-  pair.flags = (pair.flags & ~(core::kTouching | core::kWasTouching)) | was |
-               (touching ? core::kTouching : 0u);
+  pair.flags = (pair.flags & ~std::uint32_t{core::kTouching}) | (touching ? core::kTouching : 0u);
 }
 
 bool overlaps(const PatchSet& patches) {

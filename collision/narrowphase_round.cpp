@@ -338,7 +338,12 @@ void capsule_box(const PlacedShape& a, const PlacedShape& b, Query& query, Conta
     const float separation = dot(way.out, p) - top - r;
     list.add(b.center + b.axes * p + normal * (r + 0.5f * separation), separation, feature);
   };
-  const auto [low, high] = stretch_over(axis, half, way.out);
+  auto [low, high] = stretch_over(axis, half, way.out);
+  // Where the axis passes an edge by a hair, the nearest point lies just beside what the face carries.
+  if (low <= high && way.separation > 0) {
+    low = std::min(low, t);
+    high = std::max(high, t);
+  }
   if ((high - low) * half_height(a) > 0.02f * r) {
     add(low, 0);
     add(high, 1);

@@ -122,34 +122,39 @@ void ProxyBroadphase::mark(ColliderIndex collider, Mark bits) {
 }
 
 void ProxyBroadphase::add(const core::Bodies& bodies, const core::Colliders& colliders,
-                          ColliderIndex collider) {
-  const BodyIndex body = colliders.rows[collider].body;
-  if (collider >= proxies_.size()) {
-    proxies_.resize(collider + 1);
-    fat_.resize(collider + 1);
-    marks_.resize(collider + 1, 0);
-    partners_.resize(collider + 1);
-  }
+                          BodyIndex body) {
   if (body >= leashes_.size()) {
     leashes_.resize(body + 1);
     enlarged_.resize(body + 1, 0);
   }
-  SKERRY_ASSERT(!(proxies_[collider].flags & kPresent), "a collider is added twice");
   if (leashes_[body].proxies == 0) {
     leashes_[body] = {};
     enlarged_[body] = 0;
   }
-  ++leashes_[body].proxies;
-  describe(bodies, colliders, collider);
-  set_leash(bodies, body, last_dt_);
-  fat_[collider] = fattened(bodies, colliders.rows[collider], body);
+  added_.clear();
+  for (ColliderIndex collider = bodies.first_collider[body]; collider != kNone;
+       collider = colliders.rows[collider].next_in_body) {
+    if (collider >= proxies_.size()) {
+      proxies_.resize(collider + 1);
+      fat_.resize(collider + 1);
+      marks_.resize(collider + 1, 0);
+      partners_.resize(collider + 1);
+    }
+    if (proxies_[collider].flags & kPresent) continue;
+    describe(bodies, colliders, collider);
+    added_.push_back(collider);
+  }
+  leashes_[body].proxies += static_cast<std::uint32_t>(added_.size());
+  touch_body(bodies, colliders, body);
+  for (const ColliderIndex collider : added_) enter(collider);
+}
+
+void ProxyBroadphase::enter(ColliderIndex collider) {
   const Proxy& proxy = proxies_[collider];
   if (proxy.flags & kIsPlane)
     planes_.insert(std::lower_bound(planes_.begin(), planes_.end(), collider), collider);
   else
     insert(collider, fat_[collider], of_fixed(proxy));
-  mark(collider, kTouched);
-  touch_body(bodies, colliders, body);
 }
 
 void ProxyBroadphase::remove(ColliderIndex collider) {
@@ -164,17 +169,17 @@ void ProxyBroadphase::remove(ColliderIndex collider) {
 }
 
 void ProxyBroadphase::touch(const core::Bodies& bodies, const core::Colliders& colliders,
-                            ColliderIndex collider) {
-  Proxy& proxy = proxies_[collider];
-  SKERRY_ASSERT(proxy.flags & kPresent, "a collider is touched that was never added");
-  const bool was_fixed = of_fixed(proxy), was_plane = proxy.flags & kIsPlane;
-  describe(bodies, colliders, collider);
-  SKERRY_ASSERT(was_plane == ((proxy.flags & kIsPlane) != 0), "a plane stays a plane");
-  if (!was_plane && was_fixed != of_fixed(proxy)) {
+                            BodyIndex body) {
+  for_proxies_of(bodies, colliders, body, [&](ColliderIndex collider) {
+    const Proxy& proxy = proxies_[collider];
+    const bool was_fixed = of_fixed(proxy), was_plane = proxy.flags & kIsPlane;
+    describe(bodies, colliders, collider);
+    SKERRY_ASSERT(was_plane == ((proxy.flags & kIsPlane) != 0), "a plane stays a plane");
+    if (was_plane || was_fixed == of_fixed(proxy)) return;
     erase(collider, was_fixed);
     insert(collider, fat_[collider], !was_fixed);
-  }
-  touch_body(bodies, colliders, proxy.body);
+  });
+  if (body < leashes_.size()) touch_body(bodies, colliders, body);
 }
 
 // New fat boxes for all shapes of a body: they share one leash.

@@ -12,10 +12,10 @@ namespace skerry::collision {
 class ProxyBroadphase : public Broadphase {
  public:
   void add(const core::Bodies& bodies, const core::Colliders& colliders,
-           ColliderIndex collider) final;
+           core::BodyIndex body) final;
   void remove(ColliderIndex collider) final;
   void touch(const core::Bodies& bodies, const core::Colliders& colliders,
-             ColliderIndex collider) final;
+             core::BodyIndex body) final;
   const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
   void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
 
@@ -81,6 +81,7 @@ class ProxyBroadphase : public Broadphase {
 
   void describe(const core::Bodies& bodies, const core::Colliders& colliders,
                 ColliderIndex collider);
+  void enter(ColliderIndex collider);
   void mark(ColliderIndex collider, Mark bits);
   template <class Visit>
   void for_proxies_of(const core::Bodies& bodies, const core::Colliders& colliders,
@@ -103,12 +104,14 @@ class ProxyBroadphase : public Broadphase {
   bool is_pair(ColliderIndex a, ColliderIndex b) const;
 
   void find_parted(const StepContext& step);
+  bool stays(const StepContext& step, std::uint32_t row, ColliderIndex a);
   void gather_new();
-  core::ContactPair make_pair(const StepContext& step, std::uint64_t key) const;
+  core::ContactPair make_pair(const StepContext& step, std::uint64_t key);
+  void look_at_once(const StepContext& step, core::ContactPair& pair);
   void remove_parted(core::ContactTable& table);
   void insert_new(const StepContext& step, core::ContactTable& table);
   void index_pairs(const core::ContactTable& table);
-  void list_active(const StepContext& step);
+  bool list_active(const StepContext& step);
 
   std::vector<Aabb> fat_;               // [collider]
   std::vector<Proxy> proxies_;          // [collider]
@@ -118,6 +121,7 @@ class ProxyBroadphase : public Broadphase {
   std::vector<std::uint8_t> enlarged_;  // [body] 1: new fat boxes in this step
   double last_dt_ = 1.0 / 60;           // s, for fat boxes made between steps
 
+  std::vector<ColliderIndex> added_;    // by the call in progress
   std::vector<ColliderIndex> touched_;  // between steps; may repeat
   std::vector<ColliderIndex> moved_;    // in this step; ascending
   std::vector<core::BodyIndex> last_awake_;
@@ -135,6 +139,7 @@ class ProxyBroadphase : public Broadphase {
   std::vector<std::uint64_t> new_keys_;
   std::vector<core::ContactPair> new_pairs_;
   std::vector<std::uint32_t> parted_;  // rows of the pair table, ascending
+  bool unseen_ = false;                // a pair became kUnseen in this step
   bool list_stale_ = true;             // ContactTable::active does not fit the pairs
   std::uint64_t proxies_touched_ = 0;
 };

@@ -31,11 +31,8 @@ void ProxyBroadphase::collect(const Aabb& box, std::vector<ColliderIndex>& found
 // Every rule but the boxes'.
 bool ProxyBroadphase::may_pair(const StepContext& step, const Proxy& a, const Proxy& b) const {
   if (a.body == b.body) return false;
-  if (!((a.flags | b.flags) & kOfDynamic)) {
-    const bool senses = ((a.flags & kIsSensor) && (b.flags & kOfKinematic)) ||
-                        ((b.flags & kIsSensor) && (a.flags & kOfKinematic));
-    if (!senses) return false;
-  }
+  const std::uint32_t either = a.flags | b.flags;
+  if (!(either & kOfDynamic) && !((either & kIsSensor) && (either & kOfKinematic))) return false;
   if (!core::filters_meet(a.filter, b.filter)) return false;
   if ((step.bodies->flags[a.body] | step.bodies->flags[b.body]) & core::kQuarantined) return false;
   const std::vector<std::uint64_t>& joined = step.joints->no_collide;
@@ -94,10 +91,25 @@ void ProxyBroadphase::find_parted(const StepContext& step) {
       if (!marks_[partner_[row]]) parted_.push_back(row);
   std::sort(parted_.begin(), parted_.end());
   std::erase_if(parted_, [&](std::uint32_t row) {
-    const ColliderIndex a = step.contacts->pairs[row].a, b = partner_[row];
-    if (!overlap(fat_[a], fat_[b])) return false;
-    return !((marks_[a] | marks_[b]) & kTouched) || may_pair(step, proxies_[a], proxies_[b]);
+    return stays(step, row, step.contacts->pairs[row].a);
   });
+}
+
+bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row, ColliderIndex a) {
+  const ColliderIndex b = partner_[row];
+  if (!overlap(fat_[a], fat_[b])) return false;
+  if (!((marks_[a] | marks_[b]) & kTouched)) return true;
+  if (!may_pair(step, proxies_[a], proxies_[b])) return false;
+  look_at_once(step, step.contacts->pairs[row]);
+  return true;
+}
+
+// A pair of which nobody is awake, and which has changed all the same.
+void ProxyBroadphase::look_at_once(const StepContext& step, ContactPair& pair) {
+  const std::vector<std::uint32_t>& flags = step.bodies->flags;
+  if ((flags[pair.body_a] | flags[pair.body_b]) & core::kAwake) return;
+  pair.flags |= core::kUnseen;
+  unseen_ = true;
 }
 
 void ProxyBroadphase::gather_new() {
@@ -111,7 +123,7 @@ void ProxyBroadphase::gather_new() {
                 "a new pair was found twice");
 }
 
-ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t key) const {
+ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t key) {
   ContactPair pair;
   pair.a = static_cast<ColliderIndex>(key >> 32);
   pair.b = static_cast<ColliderIndex>(key);
@@ -123,6 +135,7 @@ ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t ke
   pair.first_manifold = core::take_manifolds(*step.contacts, pair.manifold_capacity);
   core::set_materials(*step.contacts, pair, step.colliders->rows[pair.a],
                       step.colliders->rows[pair.b]);
+  look_at_once(step, pair);
   return pair;
 }
 
@@ -135,7 +148,7 @@ void ProxyBroadphase::remove_parted(ContactTable& table) {
     if (next < parted_.size() && parted_[next] == row) {
       ++next;
       core::give_manifolds(table, pair.first_manifold, pair.manifold_capacity);
-      if (pair.flags & core::kTouching) table.ended.push_back(pair);
+      if (pair.flags & (core::kTouching | core::kBegun)) table.ended.push_back(pair);
     } else {
       table.pairs[kept++] = pair;
     }
@@ -173,14 +186,22 @@ void ProxyBroadphase::index_pairs(const ContactTable& table) {
   proxies_touched_ += owners_.size();
 }
 
-// The pair list holds no pair of two bodies that cannot react, so one awake body is enough.
-void ProxyBroadphase::list_active(const StepContext& step) {
+// The pair list holds no pair of two bodies that cannot react, so one awake body is enough. Returns
+// whether some are listed for this step only.
+bool ProxyBroadphase::list_active(const StepContext& step) {
   ContactTable& table = *step.contacts;
   const std::vector<std::uint32_t>& flags = step.bodies->flags;
   table.active.clear();
-  for (std::uint32_t row = 0; row < table.pairs.size(); ++row)
-    if ((flags[table.pairs[row].body_a] | flags[table.pairs[row].body_b]) & core::kAwake)
-      table.active.push_back(row);
+  bool for_once = false;
+  for (std::uint32_t row = 0; row < table.pairs.size(); ++row) {
+    ContactPair& pair = table.pairs[row];
+    const bool awake = (flags[pair.body_a] | flags[pair.body_b]) & core::kAwake;
+    if (!awake && !(pair.flags & core::kUnseen)) continue;
+    for_once |= !awake;
+    pair.flags &= ~std::uint32_t{core::kUnseen};
+    table.active.push_back(row);
+  }
+  return for_once;
 }
 
 void ProxyBroadphase::merge_pairs(const StepContext& step) {
@@ -200,8 +221,8 @@ void ProxyBroadphase::merge_pairs(const StepContext& step) {
 
   const bool awake_changed = last_awake_ != step.bodies->awake;
   if (awake_changed) last_awake_ = step.bodies->awake;
-  if (changed || awake_changed || list_stale_) list_active(step);
-  list_stale_ = false;
+  if (changed || awake_changed || list_stale_ || unseen_) list_stale_ = list_active(step);
+  unseen_ = false;
 }
 
 }  // namespace skerry::collision

@@ -79,6 +79,7 @@ BodyIndex take_row(Bodies& bodies) {
   bodies.pose.emplace_back();
   bodies.motion.emplace_back();
   bodies.mass.emplace_back();
+  bodies.as_dynamic.emplace_back();
   bodies.force.emplace_back();
   bodies.still_time.push_back(0);
   bodies.sleep_island.push_back(kNone);
@@ -95,6 +96,7 @@ void free_row(Bodies& bodies, BodyIndex body) {
   bodies.pose[body] = {};
   bodies.motion[body] = {};
   bodies.mass[body] = {};
+  bodies.as_dynamic[body] = {};
   bodies.force[body] = {};
   bodies.still_time[body] = 0;
   bodies.sleep_island[body] = kNone;
@@ -126,6 +128,17 @@ void set_motion(Bodies& bodies, BodyIndex body, const Vec3& linear, const Vec3& 
   const V3d omega = scalars(motion.angular);
   for (int i = 0; i < 3; ++i)
     motion.angular_momentum[i] = dot(V3d{inertia(i, 0), inertia(i, 1), inertia(i, 2)}, omega);
+}
+
+void disturb(Bodies& bodies, BodyIndex body) {
+  if (bodies.flags[body] & (kDynamic | kDisturbed)) return;
+  bodies.flags[body] |= kDisturbed;
+  bodies.disturbed.push_back(body);
+}
+
+void forget_disturbed(Bodies& bodies) {
+  for (const BodyIndex body : bodies.disturbed) bodies.flags[body] &= ~std::uint32_t{kDisturbed};
+  bodies.disturbed.clear();
 }
 
 void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& torque) {

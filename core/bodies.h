@@ -36,6 +36,8 @@ enum BodyFlag : std::uint32_t {
   kContinuous = 1u << 14,  // dynamic, and swept when fast (core/fast_bodies.h)
   kFast = 1u << 15,        // moved so far in the last step that it was swept
   kForced = 1u << 16,      // `force` holds something
+  kDisturbed = 1u << 17,  // fixed or kinematic, and changed by hand since the last step: wakes whom
+                          // it meets
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -70,12 +72,20 @@ struct BodyForce {
   Vec3 torque = Vec3::Zero();  // N m
 };
 
+// What a body is while it is dynamic, kept while it is not.
+struct DynamicTraits {
+  double mass = 0;              // kg; 0: it cannot be dynamic
+  Mat3 inertia = Mat3::Zero();  // kg m^2 about the centre, body axes
+  std::uint32_t flags = 0;      // kContinuous, kIsotropic, locks
+};
+
 struct Bodies {
   // [rows], rows = highest index ever used + 1
   std::vector<std::uint32_t> flags;
   std::vector<BodyPose> pose;
   std::vector<BodyMotion> motion;
   std::vector<BodyMass> mass;
+  std::vector<DynamicTraits> as_dynamic;
   std::vector<BodyForce> force;               // zero unless kForced; see add_force
   std::vector<float> still_time;              // s below the sleep thresholds
   std::vector<std::uint32_t> sleep_island;    // row of Sleepers::islands, kNone while awake
@@ -86,6 +96,7 @@ struct Bodies {
   std::vector<BodyIndex> free_rows;  // min-heap order not needed: kept sorted descending
   std::vector<BodyIndex> awake;      // ascending; dynamic and moving kinematic bodies
   bool awake_stale = false;          // flags changed: rebuild `awake` before the next use
+  std::vector<BodyIndex> disturbed;  // kDisturbed ones, as they were marked
 
   std::uint32_t rows() const { return static_cast<std::uint32_t>(flags.size()); }
   bool is(BodyIndex body, std::uint32_t bits) const { return (flags[body] & bits) == bits; }
@@ -106,6 +117,10 @@ void free_row(Bodies& bodies, BodyIndex body);
 
 // Sets velocities so that linear, angular and angular momentum agree (locks respected).
 void set_motion(Bodies& bodies, BodyIndex body, const Vec3& linear, const Vec3& angular);
+
+// Marks a body that cannot react as kDisturbed, for the coming step.
+void disturb(Bodies& bodies, BodyIndex body);
+void forget_disturbed(Bodies& bodies);
 
 // For the coming step.
 void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& torque);

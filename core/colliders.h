@@ -90,6 +90,7 @@ struct Collider {
   bool alive = false;
   bool sensor = false;
   bool has_local_rotation = false;
+  float turn_radius = 0;  // m, how far a turn of the body by one radian can move a point of it
   BodyIndex body = kNone;
   ColliderIndex next_in_body = kNone;
   std::uint32_t shape_in_body = 0;  // position in BodyDesc::shapes

@@ -35,10 +35,11 @@ struct alignas(32) Manifold {
 };
 
 enum PairFlag : std::uint32_t {
-  kTouching = 1u << 0,     // a manifold has points, or a sensor overlaps
-  kWasTouching = 1u << 1,  // at the end of the last step
+  kTouching = 1u << 0,  // a manifold has points, or a sensor overlaps
+  kBegun = 1u << 1,     // its begin event was told, its end event was not
   kSensorPair = 1u << 2,
   kFallback = 1u << 3,  // the narrowphase went through FCL this step
+  kUnseen = 1u << 4,    // new or changed while nobody in it is awake: active for one step
 };
 
 // Manifolds per pair: one for convex pairs, up to this many (one per cluster of normals) if a mesh
@@ -71,8 +72,9 @@ struct ContactTable {
   std::vector<AxisMemory> axis_memory;     // [manifolds], in the row of a pair's first
   std::vector<std::uint32_t> free_single;  // free rows of capacity 1
   std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
-  std::vector<std::uint32_t> active;  // rows of pairs with an awake body; the narrowphase's items
-  // Pairs that vanished in this step while touching, for "end" events; ascending key.
+  // Rows of pairs with an awake body, and of those to be looked at once; the narrowphase's items.
+  std::vector<std::uint32_t> active;
+  // Pairs that vanished while touching or begun, for "end" events; ascending key.
   std::vector<ContactPair> ended;
 };
 

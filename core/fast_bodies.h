@@ -30,7 +30,8 @@ struct FastStart {
 struct FastPair {
   ColliderIndex a = 0, b = 0;
   BodyIndex body_a = 0, body_b = 0;
-  double touch = 0;  // part of the step; above 1: they do not
+  double touch = 0;     // part of the step; above 1: they do not
+  bool sensor = false;  // one of them is a sensor's: nobody stops
 };
 
 struct FastBodies {
@@ -39,6 +40,7 @@ struct FastBodies {
   std::vector<BodyIndex> bodies;  // fast ones of this step, ascending
   std::vector<FastPair> pairs;    // of this step; ascending (a, b)
   std::vector<BodyIndex> stopped;  // those whose step was cut short, ascending
+  std::vector<FastPair> crossed;   // a sensor's, that touched before anybody stopped; ascending
 
   void resize(std::uint32_t rows) {
     if (start.size() >= rows) return;

@@ -182,27 +182,14 @@ MassProperties body_mass(const BodyDesc& body, const std::vector<BuiltShape>& sh
     }
   }
   MassProperties mass = core::combined(parts);
-  if (body.type != BodyType::dynamic) return mass;
-  if (!body.mass) {
-    if (!(mass.mass > 0)) {
-      throw InputError("mass", "mass: a dynamic body without solid shapes needs its mass given");
-    }
-    check_mass("mass", mass.mass);
-    return mass;
+  if (body.mass) {
+    const MassOverride& given = *body.mass;
+    if (mass.mass > 0) mass = core::scaled_to(mass, given.mass);
+    mass.mass = given.mass;
+    if (given.center) mass.center = *given.center;
+    if (given.inertia) mass.inertia = *given.inertia;
   }
-  const MassOverride& given = *body.mass;
-  if (mass.mass > 0) mass = core::scaled_to(mass, given.mass);
-  mass.mass = given.mass;
-  if (given.center) mass.center = *given.center;
-  if (given.inertia) mass.inertia = *given.inertia;
-  if (!core::is_physical_inertia(mass.inertia)) {
-    throw InputError("mass.inertia",
-                     "mass.inertia: must be symmetric, positive definite and obey the triangle "
-                     "inequality of principal moments");
-  }
-  if (!(mass.inertia.inverse().cwiseAbs().maxCoeff() <= 1e36)) {
-    throw InputError("mass.inertia", "mass.inertia: too small, its inverse is beyond 1e36");
-  }
+  if (body.type == BodyType::dynamic) check_dynamic_mass(mass, body.mass.has_value());
   return mass;
 }
 
@@ -211,38 +198,19 @@ bool isotropic(const Mat3& inertia) {
   return (inertia - mean * Mat3::Identity()).cwiseAbs().maxCoeff() <= 1e-9 * mean;
 }
 
-std::uint32_t body_flags(const WorldSettings& settings, const BodyDesc& body,
-                         const MassProperties& mass) {
-  std::uint32_t flags = core::kAlive;
-  if (body.allow_sleep) flags |= core::kAllowSleep;
-  if (body.type == BodyType::kinematic) flags |= core::kKinematic;
-  if (body.type != BodyType::dynamic) return flags;
-  flags |= core::kDynamic;
+core::DynamicTraits dynamic_traits(const WorldSettings& settings, const BodyDesc& body,
+                                   const MassProperties& mass) {
+  core::DynamicTraits traits;
+  traits.mass = mass.mass;
+  traits.inertia = mass.inertia;
   if (settings.continuous && body.continuous == ContinuousCollision::automatic)
-    flags |= core::kContinuous;
-  if (isotropic(mass.inertia)) flags |= core::kIsotropic;
+    traits.flags |= core::kContinuous;
+  if (isotropic(mass.inertia)) traits.flags |= core::kIsotropic;
   for (std::uint32_t i = 0; i < 3; ++i) {
-    if (body.locks.translation[i]) flags |= core::kLockX << i;
-    if (body.locks.rotation[i]) flags |= core::kLockRx << i;
+    if (body.locks.translation[i]) traits.flags |= core::kLockX << i;
+    if (body.locks.rotation[i]) traits.flags |= core::kLockRx << i;
   }
-  return flags;
-}
-
-// Over the shapes that can touch.
-void set_inner_radius(core::BodyMass& row, const BodyDesc& body,
-                      const std::vector<BuiltShape>& shapes) {
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const Collider& c = shapes[i].collider;
-    if (c.sensor || c.type == ShapeType::plane) continue;
-    const auto inner = core::rounded_to_float(collision::inner_radius(c));
-    row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
-    const double offset = (body.shapes[i].options.local_pose.position - row.local_center).norm();
-    const double turning = c.type == ShapeType::sphere    ? 0
-                           : c.type == ShapeType::capsule ? double(c.size.y)
-                                                          : shapes[i].radius;
-    row.turn_radius =
-        std::max(row.turn_radius, core::rounded_to_float(1.000001 * (offset + turning)));
-  }
+  return traits;
 }
 
 core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
@@ -253,15 +221,9 @@ core::BodyMass mass_row(const BodyDesc& body, const MassProperties& mass,
     const double offset = (body.shapes[i].options.local_pose.position - mass.center).norm();
     row.radius = std::max(row.radius, offset + shapes[i].radius);
   }
-  set_inner_radius(row, body, shapes);
   row.gravity_scale = body.gravity_scale;
   row.linear_damping = body.linear_damping;
   row.angular_damping = body.angular_damping;
-  if (body.type != BodyType::dynamic) return row;
-  row.mass = mass.mass;
-  row.inv_mass = 1 / mass.mass;
-  row.inertia_b = mass.inertia;
-  row.inv_inertia_b = mass.inertia.inverse();
   return row;
 }
 
@@ -280,6 +242,16 @@ void insert_descending(std::vector<std::uint32_t>& rows, std::uint32_t row) {
   rows.insert(std::lower_bound(rows.begin(), rows.end(), row, std::greater<>()), row);
 }
 
+// Of a shape at this distance (m) from the centre of mass. Balls, and the ends of capsules, turn into
+// themselves.
+float turn_radius(const BuiltShape& shape, double offset) {
+  const Collider& c = shape.collider;
+  const double turning = c.type == ShapeType::sphere    ? 0
+                         : c.type == ShapeType::capsule ? double(c.size.y)
+                                                        : shape.radius;
+  return core::rounded_to_float(1.000001 * (offset + turning));
+}
+
 void place_shapes(WorldData& world, BodyIndex body, const BodyDesc& desc,
                   std::vector<BuiltShape>& shapes) {
   // Backwards, so that the chain runs in the order of BodyDesc::shapes.
@@ -293,7 +265,9 @@ void place_shapes(WorldData& world, BodyIndex body, const BodyDesc& desc,
     c.alive = true;
     c.body = body;
     c.next_in_body = next;
-    c.local_position = core::to_float(Vec3(local.position - world.bodies.mass[body].local_center));
+    const Vec3 offset = local.position - world.bodies.mass[body].local_center;
+    c.local_position = core::to_float(offset);
+    c.turn_radius = turn_radius(shapes[i], offset.norm());
     c.local_rotation = core::to_float(rotation);
     c.has_local_rotation = rotation.x() != 0 || rotation.y() != 0 || rotation.z() != 0;
     world.colliders.rows[rows[i]] = c;
@@ -301,7 +275,8 @@ void place_shapes(WorldData& world, BodyIndex body, const BodyDesc& desc,
     next = rows[i];
   }
   world.bodies.first_collider[body] = next;
-  for (const ColliderIndex row : rows) world.broadphase->add(world.bodies, world.colliders, row);
+  set_inner_radius(world, body);
+  world.broadphase->add(world.bodies, world.colliders, body);
 }
 
 template <class Visit>
@@ -313,15 +288,6 @@ void for_each_collider(const WorldData& world, BodyIndex body, Visit visit) {
   }
 }
 
-// Whoever rests on this body must notice that it goes or jumps.
-void wake_neighbours(WorldData& world, BodyIndex body) {
-  for (const core::ContactPair& pair : world.contacts.pairs) {
-    if (!(pair.flags & core::kTouching)) continue;
-    if (pair.body_a == body) wake(world, pair.body_b);
-    if (pair.body_b == body) wake(world, pair.body_a);
-  }
-}
-
 // The turn from one orientation to another by the shorter way: unit axis times angle, world axes.
 Vec3 rotation_vector(const Quat& from, const Quat& to) {
   Quat turn = to * from.conjugate();
@@ -329,17 +295,6 @@ Vec3 rotation_vector(const Quat& from, const Quat& to) {
   const double sine = turn.vec().norm();
   if (sine == 0) return Vec3::Zero();
   return turn.vec() * (2 * core::trig::atan2(sine, turn.w()) / sine);
-}
-
-// A kinematic body is simulated while it has a velocity.
-void refresh_kinematic_awake(WorldData& world, BodyIndex body) {
-  core::Bodies& bodies = world.bodies;
-  if (!bodies.is(body, core::kKinematic)) return;
-  const core::BodyMotion& motion = bodies.motion[body];
-  const bool moves = motion.linear != Vec3::Zero() || motion.angular != Vec3::Zero();
-  const std::uint32_t before = bodies.flags[body];
-  bodies.flags[body] = moves ? before | core::kAwake : before & ~std::uint32_t{core::kAwake};
-  if (bodies.flags[body] != before) bodies.awake_stale = true;
 }
 
 }  // namespace
@@ -360,10 +315,59 @@ void wake_all(WorldData& world) {
   for (BodyIndex body = 0; body < world.bodies.rows(); ++body) wake(world, body);
 }
 
-void touch_all_colliders(WorldData& world, BodyIndex body) {
-  for_each_collider(world, body, [&](ColliderIndex c) {
-    world.broadphase->touch(world.bodies, world.colliders, c);
-  });
+void disturb(WorldData& world, BodyIndex body) {
+  wake(world, body);
+  core::disturb(world.bodies, body);
+  for (const core::ContactPair& pair : world.contacts.pairs) {
+    if ((pair.flags & (core::kTouching | core::kSensorPair)) != core::kTouching) continue;
+    if (pair.body_a == body) wake(world, pair.body_b);
+    if (pair.body_b == body) wake(world, pair.body_a);
+  }
+}
+
+void refresh_kinematic_awake(WorldData& world, BodyIndex body) {
+  core::Bodies& bodies = world.bodies;
+  if (!bodies.is(body, core::kKinematic)) return;
+  const core::BodyMotion& motion = bodies.motion[body];
+  const bool moves = motion.linear != Vec3::Zero() || motion.angular != Vec3::Zero();
+  const std::uint32_t before = bodies.flags[body];
+  bodies.flags[body] = moves ? before | core::kAwake : before & ~std::uint32_t{core::kAwake};
+  if (bodies.flags[body] != before) bodies.awake_stale = true;
+}
+
+void set_inner_radius(WorldData& world, BodyIndex body) {
+  core::BodyMass& row = world.bodies.mass[body];
+  row.inner_radius = row.turn_radius = 0;
+  for (ColliderIndex i = world.bodies.first_collider[body]; i != kNone;
+       i = world.colliders.rows[i].next_in_body) {
+    const Collider& c = world.colliders.rows[i];
+    if (c.sensor || c.type == ShapeType::plane) continue;
+    const auto inner = core::rounded_to_float(collision::inner_radius(c));
+    row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
+    row.turn_radius = std::max(row.turn_radius, c.turn_radius);
+  }
+}
+
+void make_type(WorldData& world, BodyIndex body, BodyType type) {
+  core::Bodies& bodies = world.bodies;
+  const core::DynamicTraits& traits = bodies.as_dynamic[body];
+  core::BodyMass& row = bodies.mass[body];
+  constexpr std::uint32_t kOfDynamic = core::kDynamic | core::kContinuous | core::kIsotropic |
+                                       core::kLockMask | core::kFast | core::kAwake;
+  std::uint32_t flags = bodies.flags[body] & ~(kOfDynamic | core::kKinematic);
+  row.mass = row.inv_mass = 0;
+  row.inertia_b.setZero();
+  row.inv_inertia_b.setZero();
+  if (type == BodyType::kinematic) flags |= core::kKinematic;
+  if (type == BodyType::dynamic) {
+    flags |= core::kDynamic | core::kAwake | traits.flags;
+    row.mass = traits.mass;
+    row.inv_mass = 1 / traits.mass;
+    row.inertia_b = traits.inertia;
+    row.inv_inertia_b = traits.inertia.inverse();
+  }
+  bodies.flags[body] = flags;
+  bodies.awake_stale = true;
 }
 
 BodyId add_body(WorldData& world, const BodyDesc& body) {
@@ -376,15 +380,15 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
 
   core::Bodies& bodies = world.bodies;
   const BodyIndex row = core::take_row(bodies);
-  bodies.flags[row] = body_flags(world.settings, body, mass);
+  if (body.allow_sleep) bodies.flags[row] |= core::kAllowSleep;
   bodies.mass[row] = mass_row(body, mass, shapes);
+  bodies.as_dynamic[row] = dynamic_traits(world.settings, body, mass);
+  make_type(world, row, body.type);
   bodies.pose[row] =
       core::center_frame({body.position, body.orientation.normalized()}, mass.center);
   bodies.user_data[row] = body.user_data;
   core::set_motion(bodies, row, body.linear_velocity, body.angular_velocity);
-  if (body.type == BodyType::dynamic) bodies.flags[row] |= core::kAwake;
   refresh_kinematic_awake(world, row);
-  bodies.awake_stale = true;
   place_shapes(world, row, body, shapes);
   world.rows_stale = true;
   if (body.type == BodyType::dynamic && !body.awake && body.allow_sleep) {
@@ -397,17 +401,16 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
 void remove_body(WorldData& world, BodyId body) {
   require(world, body);
   const BodyIndex row = body.index;
-  wake(world, row);
-  wake_neighbours(world, row);
+  disturb(world, row);
   for (std::uint32_t j = 0; j < world.joints.rows.size(); ++j) {
     const core::Joint& joint = world.joints.rows[j];
     if (joint.alive && (joint.a == row || joint.b == row)) {
       remove_joint(world, {j, joint.generation});
     }
   }
+  collision::drop_pairs_of_body(world.contacts, row);
+  collect_end_events(world, world.pending_end_events);
   for_each_collider(world, row, [&](ColliderIndex c) {
-    collision::drop_pairs_of(world.contacts, c);
-    collect_end_events(world, world.pending_end_events);
     world.broadphase->remove(c);
     world.colliders.rows[c] = {};
     world.colliders.geometry[c].reset();
@@ -423,7 +426,7 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
   require(world, body);
   check_pose("pose", pose);
   core::Bodies& bodies = world.bodies;
-  wake_neighbours(world, body.index);
+  disturb(world, body.index);
   bodies.flags[body.index] &= ~std::uint32_t{core::kQuarantined};
   bodies.pose[body.index] = core::center_frame({pose.position, pose.orientation.normalized()},
                                                bodies.mass[body.index].local_center);
@@ -431,7 +434,7 @@ void set_pose(WorldData& world, BodyId body, const Pose& pose) {
   core::set_motion(bodies, body.index, bodies.motion[body.index].linear,
                    bodies.motion[body.index].angular);
   wake(world, body.index);
-  touch_all_colliders(world, body.index);
+  world.broadphase->touch(bodies, world.colliders, body.index);
   world.queries.note(body.index, QueryPictures::Edit::pose);
   if (!world.rows_stale) world.transforms[world.row_of[body.index]] = pose;
 }

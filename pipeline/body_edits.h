@@ -1,4 +1,4 @@
-// Changes to a world's bodies, as the public calls and the posted commands make them.
+// Bodies come, go and move, as the public calls and the posted commands have it.
 // Arguments are checked here (InputError, UsageError; the world is then unchanged).
 #pragma once
 
@@ -27,7 +27,14 @@ void wake(WorldData& world, core::BodyIndex body);
 // Something that acts everywhere has changed.
 void wake_all(WorldData& world);
 
-// Has the broadphase judge all pairs of a body anew in the next step.
-void touch_all_colliders(WorldData& world, core::BodyIndex body);
+// Something about a body has changed by hand: wakes it, who touches it, and whom it meets in the next
+// step.
+void disturb(WorldData& world, core::BodyIndex body);
+
+// What follows from a body's other data.
+void refresh_kinematic_awake(WorldData& world, core::BodyIndex body);  // moving ones are simulated
+void set_inner_radius(WorldData& world, core::BodyIndex body);         // and the turn radius
+// Flags and masses of a type; a dynamic body is awake.
+void make_type(WorldData& world, core::BodyIndex body, BodyType type);
 
 }  // namespace skerry::pipeline

@@ -1,6 +1,7 @@
 #include "pipeline/commands.h"
 
 #include "pipeline/body_edits.h"
+#include "pipeline/property_edits.h"
 #include "pipeline/world_data.h"
 
 namespace skerry::pipeline {
@@ -19,6 +20,10 @@ struct Apply {
   void operator()(const SetVelocity& c) const { set_velocity(world, c.body, c.linear, c.angular); }
   void operator()(const SetPose& c) const { set_pose(world, c.body, c.pose); }
   void operator()(const RemoveBody& c) const { remove_body(world, c.body); }
+  void operator()(const SetType& c) const { set_type(world, c.body, c.type); }
+  void operator()(const SetFilter& c) const { set_filter(world, c.body, c.shape, c.filter); }
+  void operator()(const SetMaterial& c) const { set_material(world, c.body, c.shape, c.material); }
+  void operator()(const SetSensor& c) const { set_sensor(world, c.body, c.shape, c.sensor); }
   void operator()(const Spawn& c) const {
     const BodyId body = add_body(world, c.body);
     if (!c.on_added) return;

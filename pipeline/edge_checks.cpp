@@ -35,14 +35,6 @@ void check_coefficient(const std::string& field, double value) {
   if (!(value >= 0 && value <= 1e6)) refuse(field, "between 0 and 1e6", text(value));
 }
 
-void check_material(const std::string& field, double friction, double restitution,
-                    double rolling_resistance) {
-  check_coefficient(field + "friction", friction);
-  check_not_negative(field + "restitution", restitution);
-  if (restitution > 1) refuse(field + "restitution", "at most 1", text(restitution));
-  check_coefficient(field + "rolling_resistance", rolling_resistance);
-}
-
 // Of a part of a body from the body's origin: no farther than a shape can be long.
 void check_offset(const std::string& field, const Vec3& value) {
   if (!(value.cwiseAbs().maxCoeff() <= 1e7) || !finite(value)) {
@@ -76,6 +68,13 @@ struct GeometryCheck {
     for (std::size_t i = 0; i < s.points.size(); ++i) {
       check_offset(field + ".points[" + std::to_string(i) + "]", s.points[i]);
     }
+    Vec3 low = s.points[0], high = low;
+    for (const Vec3& point : s.points) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+    const double size = (high - low).maxCoeff();
+    if (!(size >= 1e-6)) refuse(field + ".points", "at least 1e-6 m across", text(size));
   }
   void operator()(const Plane& s) const {
     if (type == BodyType::dynamic) {
@@ -109,9 +108,7 @@ void check_shape(const std::string& field, const Shape& shape, BodyType type) {
   check_offset(field + ".local_pose.position", shape.options.local_pose.position);
   check_rotation(field + ".local_pose.orientation", shape.options.local_pose.orientation);
   if (shape.options.density) check_positive(field + ".density", *shape.options.density);
-  if (const auto& m = shape.options.material) {
-    check_material(field + ".material.", m->friction, m->restitution, m->rolling_resistance);
-  }
+  if (shape.options.material) check_material(field + ".material.", *shape.options.material);
 }
 
 }  // namespace
@@ -230,6 +227,7 @@ void check_settings(const WorldSettings& settings) {
   check_not_negative("sleep.linear_threshold", settings.sleep.linear_threshold);
   check_not_negative("sleep.angular_threshold", settings.sleep.angular_threshold);
   check_positive("sleep.time", settings.sleep.time);
+  if (!(settings.hit_speed >= 0)) refuse("hit_speed", "zero or more", text(settings.hit_speed));
   if (settings.pool && settings.mode != ThreadingMode::job_system &&
       settings.mode != ThreadingMode::dedicated_thread_jobs) {
     throw InputError("pool", std::string("pool: only the job_system modes run on a host's pool, "
@@ -247,7 +245,7 @@ void check_body(const BodyDesc& body) {
   check_rate("linear_velocity", body.linear_velocity);
   check_rate("angular_velocity", body.angular_velocity);
   check_positive("density", body.density);
-  check_material("", body.friction, body.restitution, body.rolling_resistance);
+  check_material("", {body.friction, body.restitution, body.rolling_resistance});
   if (!(std::abs(body.gravity_scale) <= 1e9)) {
     refuse("gravity_scale", "finite and at most 1e9 in size", text(body.gravity_scale));
   }
@@ -260,6 +258,30 @@ void check_body(const BodyDesc& body) {
   if (body.type == BodyType::fixed &&
       (body.linear_velocity != Vec3::Zero() || body.angular_velocity != Vec3::Zero())) {
     throw InputError("linear_velocity", "linear_velocity: a fixed body cannot have a velocity");
+  }
+}
+
+void check_material(const std::string& field, const Material& material) {
+  check_coefficient(field + "friction", material.friction);
+  check_not_negative(field + "restitution", material.restitution);
+  if (material.restitution > 1) {
+    refuse(field + "restitution", "at most 1", text(material.restitution));
+  }
+  check_coefficient(field + "rolling_resistance", material.rolling_resistance);
+}
+
+void check_dynamic_mass(const core::MassProperties& mass, bool given) {
+  if (!(mass.mass > 0)) {
+    throw InputError("mass", "mass: a dynamic body without solid shapes needs its mass given");
+  }
+  if (!given) return check_mass("mass", mass.mass);
+  if (!core::is_physical_inertia(mass.inertia)) {
+    throw InputError("mass.inertia",
+                     "mass.inertia: must be symmetric, positive definite and obey the triangle "
+                     "inequality of principal moments");
+  }
+  if (!(mass.inertia.inverse().cwiseAbs().maxCoeff() <= 1e36)) {
+    throw InputError("mass.inertia", "mass.inertia: too small, its inverse is beyond 1e36");
   }
 }
 
@@ -284,6 +306,10 @@ void check_command(const Command& command) {
     void operator()(const SetPose& c) const { check_pose("pose", c.pose); }
     void operator()(const Spawn& c) const { check_body(c.body); }
     void operator()(const RemoveBody&) const {}
+    void operator()(const SetType&) const {}
+    void operator()(const SetFilter&) const {}
+    void operator()(const SetMaterial& c) const { check_material("material.", c.material); }
+    void operator()(const SetSensor&) const {}
   };
   std::visit(Check{}, command);
 }

@@ -9,6 +9,8 @@
 #include <skerry/queries.h>
 #include <skerry/settings.h>
 
+#include "core/mass_properties.h"
+
 namespace skerry::pipeline {
 
 void check_finite(const std::string& field, double value);
@@ -34,6 +36,9 @@ void check_unit(const std::string& field, const Vec3& value);
 void check_settings(const WorldSettings& settings);
 // Everything about a body that can be said without building its geometry.
 void check_body(const BodyDesc& body);
+// Whether a body may be dynamic with this mass; an inertia that the user gave is checked too.
+void check_dynamic_mass(const core::MassProperties& mass, bool given);
+void check_material(const std::string& field, const Material& material);
 // s, between 1e-6 and 1.
 void check_time_step(double dt);
 // The values in a command, not whether its body exists.

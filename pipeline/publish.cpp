@@ -1,6 +1,7 @@
 #include "pipeline/publish.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "pipeline/joint_edits.h"
@@ -56,26 +57,84 @@ void add_event(const WorldData& world, const ContactPair& pair, ContactEventKind
   events.push_back(event);
 }
 
+// Of one pair: what ended was there before what began.
+int rank(ContactEventKind kind) {
+  return kind == ContactEventKind::end ? -1 : static_cast<int>(kind);
+}
+
 auto order_of(const ContactEvent& e) {
-  return std::tuple(e.a.index, e.b.index, e.shape_a, e.shape_b, e.kind);
+  return std::tuple(e.a, e.b, e.shape_a, e.shape_b, rank(e.kind));
+}
+
+// Whether shapes that contacts foresee to touch do: pressed on each other, or overlap.
+bool are_in_touch(const WorldData& world, const ContactPair& pair) {
+  constexpr float kTouch = 1e-4f;  // m; what rests without load is that exact
+  if (pair.flags & core::kSensorPair) return true;
+  for (std::uint32_t m = 0; m < pair.manifold_count; ++m) {
+    const core::Manifold& manifold = world.contacts.manifolds[pair.first_manifold + m];
+    if (manifold.total_impulse > 0) return true;
+    for (std::uint32_t i = 0; i < manifold.point_count; ++i)
+      if (manifold.points[i].separation <= kTouch) return true;
+  }
+  return false;
+}
+
+bool is_awake(const WorldData& world, const ContactPair& pair) {
+  return (world.bodies.flags[pair.body_a] | world.bodies.flags[pair.body_b]) & core::kAwake;
+}
+
+void add_hit(WorldData& world, const ContactPair& pair) {
+  if (pair.flags & core::kSensorPair) return;
+  add_event(world, pair, ContactEventKind::hit, world.events);
+  const ContactEvent& hit = world.events.back();
+  if (!(hit.impulse > 0 && hit.approach_speed > world.settings.hit_speed)) world.events.pop_back();
+}
+
+void tell(WorldData& world, ContactPair& pair) {
+  const bool touching = pair.flags & core::kTouching;
+  if (!(pair.flags & core::kBegun)) {
+    if (!touching || !are_in_touch(world, pair)) return;
+    add_event(world, pair, ContactEventKind::begin, world.events);
+    pair.flags |= core::kBegun;
+  } else if (!touching) {
+    add_event(world, pair, ContactEventKind::end, world.events);
+    pair.flags &= ~std::uint32_t{core::kBegun};
+    return;
+  } else if (world.settings.persist_events && is_awake(world, pair)) {
+    add_event(world, pair, ContactEventKind::persist, world.events);
+  }
+  if (std::isfinite(world.settings.hit_speed)) add_hit(world, pair);
+}
+
+// Sensors that were met between the step's poses. The next step sees whether they still are.
+void tell_crossings(WorldData& world) {
+  std::vector<ContactPair>& pairs = world.contacts.pairs;
+  for (const core::FastPair& crossed : world.fast.crossed) {
+    ContactPair seen;
+    seen.a = crossed.a;
+    seen.b = crossed.b;
+    seen.body_a = crossed.body_a;
+    seen.body_b = crossed.body_b;
+    seen.flags = core::kSensorPair;
+    const auto at = std::lower_bound(
+        pairs.begin(), pairs.end(), seen.key(),
+        [](const ContactPair& pair, std::uint64_t key) { return pair.key() < key; });
+    const bool listed = at != pairs.end() && at->key() == seen.key();
+    if (listed && (at->flags & core::kBegun)) continue;
+    add_event(world, seen, ContactEventKind::begin, world.events);
+    if (listed)
+      at->flags |= core::kTouching | core::kBegun;
+    else  // thrown beyond what the broadphase foresaw
+      add_event(world, seen, ContactEventKind::end, world.pending_end_events);
+  }
 }
 
 void write_events(WorldData& world) {
   world.events.clear();
   std::swap(world.events, world.pending_end_events);
   collect_end_events(world, world.events);
-  for (const std::uint32_t row : world.contacts.active) {
-    ContactPair& pair = world.contacts.pairs[row];
-    const bool touching = pair.flags & core::kTouching;
-    const bool before = pair.flags & core::kWasTouching;
-    if (touching != before) {
-      add_event(world, pair, touching ? ContactEventKind::begin : ContactEventKind::end,
-                world.events);
-      pair.flags ^= core::kWasTouching;
-    } else if (touching && world.settings.persist_events) {
-      add_event(world, pair, ContactEventKind::persist, world.events);
-    }
-  }
+  for (const std::uint32_t row : world.contacts.active) tell(world, world.contacts.pairs[row]);
+  tell_crossings(world);
   std::sort(world.events.begin(), world.events.end(),
             [](const auto& a, const auto& b) { return order_of(a) < order_of(b); });
 }
@@ -108,7 +167,7 @@ void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task&) {
 
 void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {
   for (const ContactPair& pair : world.contacts.ended) {
-    if (pair.flags & core::kWasTouching) add_event(world, pair, ContactEventKind::end, events);
+    if (pair.flags & core::kBegun) add_event(world, pair, ContactEventKind::end, events);
   }
   world.contacts.ended.clear();
 }

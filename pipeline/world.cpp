@@ -10,6 +10,7 @@
 #include "pipeline/edge_checks.h"
 #include "pipeline/joint_edits.h"
 #include "pipeline/measure.h"
+#include "pipeline/property_edits.h"
 #include "pipeline/simulation_thread.h"
 #include "pipeline/threading_mode.h"
 #include "pipeline/world_data.h"
@@ -186,9 +187,7 @@ std::size_t World::body_count() const {
 
 BodyType World::type(BodyId body) const {
   require_idle(*impl_, "type");
-  require(*impl_, body);
-  if (impl_->bodies.is(body.index, core::kDynamic)) return BodyType::dynamic;
-  return impl_->bodies.is(body.index, core::kKinematic) ? BodyType::kinematic : BodyType::fixed;
+  return pipeline::type_of(*impl_, body);
 }
 Pose World::pose(BodyId body) const {
   require_idle(*impl_, "pose");
@@ -272,6 +271,42 @@ void World::wake(BodyId body) {
   require_idle(*impl_, "wake");
   require(*impl_, body);
   pipeline::wake(*impl_, body.index);
+}
+
+// -- What bodies and shapes are ----------------------------------------------------------------------
+
+void World::set_type(BodyId body, BodyType type) {
+  require_idle(*impl_, "set_type");
+  pipeline::set_type(*impl_, body, type);
+}
+Filter World::filter(BodyId body, std::uint32_t shape) const {
+  require_idle(*impl_, "filter");
+  return pipeline::shape_of(*impl_, body, shape).filter;
+}
+void World::set_filter(BodyId body, std::uint32_t shape, const Filter& filter) {
+  require_idle(*impl_, "set_filter");
+  pipeline::set_filter(*impl_, body, shape, filter);
+}
+Material World::material(BodyId body, std::uint32_t shape) const {
+  require_idle(*impl_, "material");
+  const core::Collider& c = pipeline::shape_of(*impl_, body, shape);
+  return {double(c.friction), double(c.restitution), double(c.rolling_resistance)};
+}
+void World::set_material(BodyId body, std::uint32_t shape, const Material& material) {
+  require_idle(*impl_, "set_material");
+  pipeline::set_material(*impl_, body, shape, material);
+}
+bool World::is_sensor(BodyId body, std::uint32_t shape) const {
+  require_idle(*impl_, "is_sensor");
+  return pipeline::shape_of(*impl_, body, shape).sensor;
+}
+void World::set_sensor(BodyId body, std::uint32_t shape, bool sensor) {
+  require_idle(*impl_, "set_sensor");
+  pipeline::set_sensor(*impl_, body, shape, sensor);
+}
+void World::set_gravity(const Vec3& gravity) {
+  require_idle(*impl_, "set_gravity");
+  pipeline::set_gravity(*impl_, gravity);
 }
 
 // -- Joints and forces ------------------------------------------------------------------------------

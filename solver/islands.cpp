@@ -30,6 +30,7 @@ Role role_of(const Bodies& bodies, BodyIndex body) {
   const std::uint32_t flags = bodies.flags[body];
   if (flags & kQuarantined || !(flags & kAlive)) return Role::out;
   if (flags & kDynamic) return flags & kAwake ? Role::awake : Role::asleep;
+  if (flags & kDisturbed) return Role::moving;
   return flags & kKinematic && flags & kAwake ? Role::moving : Role::still;
 }
 
@@ -51,6 +52,7 @@ class IslandBuilder {
     distribute();
     set_slots();
     make_groups();
+    forget_disturbed(bodies_);
   }
 
  private:

@@ -52,8 +52,8 @@ struct BenchWorld {
   }
 
   void add_all() {
-    for (core::ColliderIndex c = 0; c < colliders.rows.size(); ++c)
-      broadphase->add(bodies, colliders, c);
+    for (core::BodyIndex body = 0; body < bodies.rows(); ++body)
+      broadphase->add(bodies, colliders, body);
     core::refresh_awake(bodies);
   }
 

@@ -37,7 +37,28 @@ struct Spawn {
 struct RemoveBody {
   BodyId body;
 };
+// As World::set_type and those below it.
+struct SetType {
+  BodyId body;
+  BodyType type = BodyType::dynamic;
+};
+struct SetFilter {
+  BodyId body;
+  std::uint32_t shape = 0;
+  Filter filter = {};
+};
+struct SetMaterial {
+  BodyId body;
+  std::uint32_t shape = 0;
+  Material material = {};
+};
+struct SetSensor {
+  BodyId body;
+  std::uint32_t shape = 0;
+  bool sensor = false;
+};
 
-using Command = std::variant<Impulse, Force, SetVelocity, SetPose, Spawn, RemoveBody>;
+using Command = std::variant<Impulse, Force, SetVelocity, SetPose, Spawn, RemoveBody, SetType,
+                             SetFilter, SetMaterial, SetSensor>;
 
 }  // namespace skerry

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 
 #include <skerry/jobs/executor.h>
@@ -109,6 +110,9 @@ struct WorldSettings {
   BroadphaseKind broadphase = BroadphaseKind::tree;
   bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
+  // m/s, at least 0: also report ContactEventKind::hit for pairs that pressed in the step after an
+  // approach faster than this. Infinite: none.
+  double hit_speed = std::numeric_limits<double>::infinity();
   // Fill StepReport::measures after every step, and its part about contacts. Costs about a
   // microsecond per contact and body; the states keep their bits.
   bool measure_steps = false;

@@ -77,6 +77,23 @@ class World {
   void apply_impulse_at(BodyId body, const Vec3& impulse, const Vec3& world_point);     // at once
   void wake(BodyId body);
 
+  // -- What bodies and shapes are --------------------------------------------------------------------
+  // Each change wakes the body, who touches it and, in the next step, whom it meets by then; pairs of
+  // shapes that may not touch any more end with an event in the next step. Shapes by their position
+  // in BodyDesc::shapes; one that is not there is refused with InputError.
+
+  // Velocities are kept but by fixed bodies. Dynamic bodies need a mass: that of their solid shapes or
+  // of BodyDesc::mass. A mesh that was not added with a dynamic body has none of its own; planes and
+  // height fields refuse.
+  void set_type(BodyId body, BodyType type);
+  Filter filter(BodyId body, std::uint32_t shape) const;
+  void set_filter(BodyId body, std::uint32_t shape, const Filter& filter);
+  Material material(BodyId body, std::uint32_t shape) const;
+  void set_material(BodyId body, std::uint32_t shape, const Material& material);
+  bool is_sensor(BodyId body, std::uint32_t shape) const;
+  void set_sensor(BodyId body, std::uint32_t shape, bool sensor);  // the body's mass stays as it is
+  void set_gravity(const Vec3& gravity);                           // m/s^2; wakes everybody
+
   // -- Joints and forces --------------------------------------------------------------------------
   JointId add_joint(const JointDesc& joint);
   void remove_joint(JointId joint);
@@ -159,7 +176,8 @@ class World {
   std::span<const Pose> transforms() const;
   // Rows of the above whose pose changed in the last step.
   std::span<const std::uint32_t> changed() const;
-  // Events of the last step. `persist` events only for touching pairs of awake bodies.
+  // Events of the last step, in the order that <skerry/events.h> states; valid until the next step.
+  // `persist` events only for touching pairs of awake bodies.
   std::span<const ContactEvent> contact_events() const;
 
   // Joints that gave way in the last step; they are removed.

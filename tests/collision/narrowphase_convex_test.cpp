@@ -59,15 +59,20 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
     scene_.contact().manifold_count = 0;
     scene_.collide();
   }
+  // `shapes` random pairs of shapes, in `poses` each; at most so many may miss the best depth by more
+  // than the tolerance, and none by more than three times that.
+  void expect_best_depths(std::uint64_t seed, int shapes, int poses, int most_misses);
+
   ShapeGeometry a_ = Sphere{}, b_ = Sphere{};
   Pose pose_a_, pose_b_;
   PairScene scene_;
 };
 
-TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
-  Random random(7);
+void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, int poses,
+                                               int most_misses) {
+  Random random(seed);
+  int misses = 0;
   int contacts = 0, overlaps = 0;
-  const int shapes = rounds(20), poses = 100;
   for (int shape = 0; shape < shapes; ++shape) {
     a_ = random_shape(GetParam().first, random);
     b_ = random_shape(GetParam().second, random);
@@ -92,15 +97,28 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
       const double tolerance = 0.01 * std::abs(best.separation) + 1.5e-3 * least + 1e-5;
       ASSERT_NEAR(normal.norm(), 1, 1e-5);
       const double along = gap_along(a_, pose_a_, b_, pose_b_, normal);
-      ASSERT_GT(along, best.separation - tolerance);
-      ASSERT_GT(scene_.deepest(), along - tolerance);
-      if (best.separation < -2 * tolerance) {
-        ASSERT_LT(scene_.deepest(), along + 2 * tolerance + 1e-5);
-      }
+      const double deepest = double(scene_.deepest());
+      const bool overlap = best.separation < -2 * tolerance;
+      const auto fits = [&](double most) {
+        return along > best.separation - most && deepest > along - most &&
+               (!overlap || deepest < along + 2 * most + 1e-5);
+      };
+      misses += !fits(tolerance);
+      ASSERT_TRUE(fits(3 * tolerance)) << "best " << best.separation << " along the normal "
+                                       << along << " deepest point " << deepest;
     }
   }
   EXPECT_GT(contacts, overlaps * 0.95);
   EXPECT_GT(overlaps, shapes * poses / 7);
+  EXPECT_LE(misses, most_misses);
+  RecordProperty("misses", misses);
+}
+
+TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
+  expect_best_depths(7, rounds(20), 100, 0);
+}
+TEST_P(NarrowphaseConvexPair, depth_and_normal_of_a_hundred_thousand_pairs_stress) {
+  expect_best_depths(77, 1000, 100, 100);
 }
 
 TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {

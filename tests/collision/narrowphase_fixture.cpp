@@ -81,7 +81,7 @@ core::ColliderIndex PairScene::add(const ShapeGeometry& geometry, const Pose& po
 
 std::uint32_t PairScene::pair(core::ColliderIndex a, core::ColliderIndex b, bool sensor) {
   const bool mesh =
-      colliders.rows[a].type == ShapeType::mesh || colliders.rows[b].type == ShapeType::mesh;
+      core::is_surface(colliders.rows[a].type) || core::is_surface(colliders.rows[b].type);
   core::ContactPair pair;
   pair.a = a;
   pair.b = b;
