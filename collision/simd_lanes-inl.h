@@ -7,10 +7,12 @@ using Tag = hn::CappedTag<float, 16>;
 
 struct LaneMask {
   hn::Mask<Tag> m;
-  friend HWY_INLINE LaneMask operator&(LaneMask a, LaneMask b) { return {hn::And(a.m, b.m)}; }
-  friend HWY_INLINE LaneMask operator|(LaneMask a, LaneMask b) { return {hn::Or(a.m, b.m)}; }
-  friend HWY_INLINE LaneMask operator!(LaneMask a) { return {hn::Not(a.m)}; }
 };
+// No operator here is a friend: gcc forgets the instruction set of friends, and where it does not inline
+// them (-O0) they pass vectors otherwise than their callers.
+HWY_INLINE LaneMask operator&(LaneMask a, LaneMask b) { return {hn::And(a.m, b.m)}; }
+HWY_INLINE LaneMask operator|(LaneMask a, LaneMask b) { return {hn::Or(a.m, b.m)}; }
+HWY_INLINE LaneMask operator!(LaneMask a) { return {hn::Not(a.m)}; }
 
 struct Lane {
   using Mask = LaneMask;
@@ -23,16 +25,15 @@ struct Lane {
   static HWY_INLINE Lane load(const float* from) { return Lane(hn::Load(Tag(), from)); }
   HWY_INLINE void store(float* to) const { hn::Store(v, Tag(), to); }
   static HWY_INLINE Lane counting(float first) { return Lane(hn::Iota(Tag(), first)); }
-
-  friend HWY_INLINE Lane operator+(Lane a, Lane b) { return Lane(hn::Add(a.v, b.v)); }
-  friend HWY_INLINE Lane operator-(Lane a, Lane b) { return Lane(hn::Sub(a.v, b.v)); }
-  friend HWY_INLINE Lane operator*(Lane a, Lane b) { return Lane(hn::Mul(a.v, b.v)); }
-  friend HWY_INLINE Lane operator/(Lane a, Lane b) { return Lane(hn::Div(a.v, b.v)); }
-  friend HWY_INLINE Lane operator-(Lane a) { return Lane(hn::Neg(a.v)); }
-  friend HWY_INLINE LaneMask operator<(Lane a, Lane b) { return {hn::Lt(a.v, b.v)}; }
-  friend HWY_INLINE LaneMask operator>(Lane a, Lane b) { return {hn::Gt(a.v, b.v)}; }
-  friend HWY_INLINE LaneMask operator==(Lane a, Lane b) { return {hn::Eq(a.v, b.v)}; }
 };
+HWY_INLINE Lane operator+(Lane a, Lane b) { return Lane(hn::Add(a.v, b.v)); }
+HWY_INLINE Lane operator-(Lane a, Lane b) { return Lane(hn::Sub(a.v, b.v)); }
+HWY_INLINE Lane operator*(Lane a, Lane b) { return Lane(hn::Mul(a.v, b.v)); }
+HWY_INLINE Lane operator/(Lane a, Lane b) { return Lane(hn::Div(a.v, b.v)); }
+HWY_INLINE Lane operator-(Lane a) { return Lane(hn::Neg(a.v)); }
+HWY_INLINE LaneMask operator<(Lane a, Lane b) { return {hn::Lt(a.v, b.v)}; }
+HWY_INLINE LaneMask operator>(Lane a, Lane b) { return {hn::Gt(a.v, b.v)}; }
+HWY_INLINE LaneMask operator==(Lane a, Lane b) { return {hn::Eq(a.v, b.v)}; }
 HWY_INLINE Lane min(Lane a, Lane b) { return Lane(hn::Min(a.v, b.v)); }
 HWY_INLINE Lane max(Lane a, Lane b) { return Lane(hn::Max(a.v, b.v)); }
 HWY_INLINE Lane abs(Lane a) { return Lane(hn::Abs(a.v)); }
