@@ -14,6 +14,7 @@
 
 #include "core/bodies.h"
 #include "core/colliders.h"
+#include "core/contact_effects.h"
 #include "core/contacts.h"
 #include "core/fast_bodies.h"
 #include "core/islands.h"
@@ -65,6 +66,7 @@ struct StepContext {
   Islands* islands = nullptr;
   Sleepers* sleepers = nullptr;
   FastBodies* fast = nullptr;
+  ContactEffects* effects = nullptr;  // null unless asked for
   CallbackErrors* callback_errors = nullptr;
 
   collision::Broadphase* broadphase = nullptr;

@@ -199,6 +199,12 @@ void check_query_shape(const Shape& shape) {
   check_shape("shape", shape, BodyType::fixed);
 }
 
+namespace {
+void check_count(const char* field, int count) {
+  if (count < 1 || count > 10000) refuse(field, "between 1 and 10000", std::to_string(count));
+}
+}  // namespace
+
 void check_settings(const WorldSettings& settings) {
   check_rate("gravity", settings.gravity);
   if (settings.workers < 0 || settings.workers > 1024) {
@@ -210,6 +216,11 @@ void check_settings(const WorldSettings& settings) {
   if (solver.substeps < 1 || solver.substeps > 64) {
     refuse("solver.substeps", "between 1 and 64", std::to_string(solver.substeps));
   }
+  check_count("solver.pgs.iterations", solver.pgs.iterations);
+  check_not_negative("solver.pgs.correction_rate", solver.pgs.correction_rate);
+  check_not_negative("solver.pgs.slop", solver.pgs.slop);
+  check_count("solver.penalty.substeps", solver.penalty.substeps);
+  check_positive("solver.penalty.hertz", solver.penalty.hertz);
   check_positive("solver.contact_hertz", solver.contact_hertz);
   check_not_negative("solver.contact_damping_ratio", solver.contact_damping_ratio);
   check_not_negative("solver.max_push_velocity", solver.max_push_velocity);

@@ -47,6 +47,36 @@ void measure_contacts(const WorldData& world, Measures& out) {
   if (out.contact_points > 0) out.penetration_mean = sum / double(out.contact_points);
 }
 
+void measure_effects(const WorldData& world, ContactMeasures& out) {
+  Vec3 impulse = Vec3::Zero();
+  for (const core::BodyEffect& body : world.effects.bodies) {
+    out.energy_lost += body.energy_lost;
+    impulse += body.impulse;
+  }
+  for (int i = 0; i < 3; ++i) out.impulse_from_ground[static_cast<std::size_t>(i)] = impulse[i];
+  ContactLaw& law = out.law;
+  double sum = 0;
+  for (const core::ContactResidual& contact : world.effects.contacts) {
+    out.normal_impulse += contact.total_impulse;
+    if (contact.normal_impulse <= 0 && contact.pull <= 0) continue;
+    ++law.manifolds;
+    sum += contact.normal_impulse;
+    law.pull_max = std::max(law.pull_max, contact.pull);
+    law.cone_mean += contact.cone;
+    law.cone_max = std::max(law.cone_max, contact.cone);
+    law.normal_mean += contact.normal;
+    law.normal_max = std::max(law.normal_max, contact.normal);
+    law.friction_mean += contact.friction;
+    law.friction_max = std::max(law.friction_max, contact.friction);
+  }
+  if (sum <= 0) return;
+  const auto count = double(law.manifolds);
+  law.impulse_mean = sum / count;
+  for (double* part : {&law.pull_max, &law.cone_max, &law.normal_max, &law.friction_max})
+    *part /= law.impulse_mean;
+  for (double* part : {&law.cone_mean, &law.normal_mean, &law.friction_mean}) *part /= sum;
+}
+
 void add(core::StateHasher& hasher, const Vec3& v) {
   hasher.add(v.x());
   hasher.add(v.y());
@@ -85,6 +115,7 @@ Measures measure(const WorldData& world) {
   Measures out;
   measure_bodies(world, out);
   measure_contacts(world, out);
+  measure_effects(world, out.contacts);
   return out;
 }
 

@@ -58,4 +58,26 @@ const char* to_string(BroadphaseKind kind) {
   return "?";
 }
 
+const char* to_string(SolverKind kind) {
+  switch (kind) {
+    case SolverKind::soft_step_tgs:
+      return "soft_step_tgs";
+    case SolverKind::pgs:
+      return "pgs";
+    case SolverKind::penalty:
+      return "penalty";
+  }
+  return "?";
+}
+
+const char* to_string(PositionCorrection correction) {
+  switch (correction) {
+    case PositionCorrection::baumgarte:
+      return "baumgarte";
+    case PositionCorrection::split_impulse:
+      return "split_impulse";
+  }
+  return "?";
+}
+
 }  // namespace skerry

@@ -153,6 +153,7 @@ void World::Impl::conclude() {
   report.time = time;
   fill_times(*this, report);
   fill_counts(*this, report);
+  if (settings.measure_steps) report.measures = pipeline::measure(*this);
   queries.end_step(true);
   if (settings.after_step) settings.after_step(report, run.tasks);
 }

@@ -24,6 +24,7 @@ WorldData::WorldData(const WorldSettings& world_settings)
   context.islands = &islands;
   context.sleepers = &sleepers;
   context.fast = &fast;
+  if (settings.measure_steps) context.effects = &effects;
   context.callback_errors = &callback_errors;
   context.broadphase = broadphase.get();
   context.narrowphase = narrowphase.get();

@@ -40,6 +40,7 @@ struct WorldData {
   core::Islands islands;
   core::Sleepers sleepers;
   core::FastBodies fast;
+  core::ContactEffects effects;
   core::CallbackErrors callback_errors;
   GeometryCache geometry;
 

@@ -31,4 +31,13 @@ SceneDesc make_joint_grid(std::uint64_t seed);
 SceneDesc make_chains(std::uint64_t seed);
 SceneDesc make_gallery(std::uint64_t seed);
 
+// Tasks of public accuracy comparisons (scenes/sim_benchmark.cpp).
+SceneDesc make_sim_rolling_xy(std::uint64_t seed);
+SceneDesc make_sim_rolling_y(std::uint64_t seed);
+SceneDesc make_sim_bouncing(std::uint64_t seed);
+SceneDesc make_sim_666(std::uint64_t seed);
+SceneDesc make_sim_666_elastic(std::uint64_t seed);
+SceneDesc make_sim_kapla(std::uint64_t seed);
+SceneDesc make_sim_boxes(std::uint64_t seed);
+
 }  // namespace skerry::scenes

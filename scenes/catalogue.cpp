@@ -24,6 +24,13 @@ constexpr CatalogueEntry kCatalogue[] = {
     {"chains", "64 chains of 10 capsules, ball and hinge joints, over bars", make_chains},
     {"joint_grid", "a net of 10000 spheres in 19701 ball joints: one island", make_joint_grid},
     {"gallery", "every kind of shape on a plane", make_gallery},
+    {"sim_rolling_xy", "SimBenchmark: a plate pulled askew under 25 balls", make_sim_rolling_xy},
+    {"sim_rolling_y", "SimBenchmark: a plate pulled straight under 25 balls", make_sim_rolling_y},
+    {"sim_bouncing", "SimBenchmark: 49 balls that bounce forever", make_sim_bouncing},
+    {"sim_666", "SimBenchmark: a cube of 216 balls falls apart", make_sim_666},
+    {"sim_666_elastic", "SimBenchmark: the same, perfectly elastic", make_sim_666_elastic},
+    {"sim_kapla", "SimBenchmark: a tower of 102 bricks", make_sim_kapla},
+    {"sim_boxes", "benchmark/boxes: a free box tumbles", make_sim_boxes},
 };
 
 }  // namespace

@@ -101,6 +101,7 @@ BuildError::BuildError(Part part, std::size_t number, const InputError& cause)
 
 WorldSettings world_settings(const SceneDesc& scene, WorldSettings base) {
   base.gravity = scene.defaults.gravity;
+  base.solver.kind = scene.defaults.solver;
   base.solver.substeps = scene.defaults.substeps;
   base.sleep.enabled = scene.defaults.sleep;
   return base;

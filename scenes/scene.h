@@ -2,6 +2,7 @@
 // files (scene_file.h) both end up here, so tests, benchmarks and programs show the same thing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -16,11 +17,14 @@
 namespace skerry::scenes {
 
 inline constexpr std::uint64_t kDefaultSeed = 12345;
+inline constexpr std::array kSolverKinds = {SolverKind::soft_step_tgs, SolverKind::pgs,
+                                            SolverKind::penalty};
 
 struct SceneDefaults {
   Vec3 gravity = {0, -10, 0};  // m/s^2
   double dt = 1.0 / 60;        // s
   int substeps = 4;
+  SolverKind solver = SolverKind::soft_step_tgs;
   std::uint64_t steps = 300;  // timed
   std::uint64_t warmup = 0;   // simulated before them
   bool sleep = true;
@@ -70,7 +74,7 @@ struct SceneDesc {
   std::map<std::string, BodyNumber> names;  // of bodies that have one
 };
 
-// `base` with the scene's gravity, substeps and sleeping.
+// `base` with the scene's gravity, solver, substeps and sleeping.
 WorldSettings world_settings(const SceneDesc& scene, WorldSettings base = {});
 
 // What the engine refused, and whose fault it was. `number` counts as BodyNumber does for bodies,

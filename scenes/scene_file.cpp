@@ -37,6 +37,10 @@ void read_defaults(const JsonNode& root, SceneDefaults& defaults) {
   if_given(root, "substeps", [&](const JsonNode& n) {
     defaults.substeps = static_cast<int>(read_integer(n, 1, 64));
   });
+  if_given(root, "solver", [&](const JsonNode& n) {
+    constexpr std::string_view kNames[] = {"soft_step_tgs", "pgs", "penalty"};
+    defaults.solver = kSolverKinds[read_choice(n, kNames)];
+  });
   count("steps", defaults.steps);
   count("warmup", defaults.warmup);
   if_given(root, "sleep", [&](const JsonNode& n) { defaults.sleep = read_bool(n); });

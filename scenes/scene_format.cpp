@@ -27,8 +27,9 @@ std::vector<ObjectSpec> make_specs() {
   return {
       {"scene",
        {"format", "version"},
-       {"$schema", "name", "description", "gravity", "dt", "substeps", "steps", "warmup", "sleep",
-        "seed", "materials", "meshes", "prefabs", "bodies", "joints", "force_fields", "events"}},
+       {"$schema", "name", "description", "gravity", "dt", "solver", "substeps", "steps", "warmup",
+        "sleep", "seed", "materials", "meshes", "prefabs", "bodies", "joints", "force_fields",
+        "events"}},
       {"material", {}, {"friction", "restitution", "rolling_resistance", "density"}},
       {"mesh", {"file"}, {"scale", "weld", "manifold"}},
       {"prefab", {"bodies"}, {"joints"}},

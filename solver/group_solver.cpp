@@ -6,6 +6,7 @@
 #include "core/assert.h"
 #include "core/growth.h"
 #include "core/rounding.h"
+#include "solver/effect_watch.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
@@ -633,7 +634,9 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
     }
     kernel.store(block, output);
     for (std::uint32_t k = 0; k < kernels_->width; ++k) {
-      if (contact[k] != kNone) book(output, k, contact[k]);
+      if (contact[k] == kNone) continue;
+      book(output, k, contact[k]);
+      if (step_->effects) judge(contact[k]);
     }
     contact += kernels_->width;
   }
@@ -667,20 +670,69 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   add(row_b_[index], push, torque_a - Vec3(offset[0], offset[1], offset[2]).cross(push), 1);
 }
 
+// How well the contact keeps its law, by the rows as the last pass left them.
+void GroupSolver::judge(std::uint32_t index) {
+  const Contact& contact = contacts_[index];
+  const Manifold& manifold = step_->contacts->manifolds[contact.manifold];
+  const Vec3 offset(contact.offset[0], contact.offset[1], contact.offset[2]);
+  const Vec3 n = to_double(manifold.normal);
+  ContactSide side[2];
+  Vec3 shift[2];
+  Mat3 turn[2];
+  for (int k = 0; k < 2; ++k) {
+    const std::uint32_t row = k == 0 ? row_a_[index] : row_b_[index];
+    const MassRow& mass = mass_[row];
+    const Sym3f& inverse = mass.inv_inertia;
+    side[k].linear = to_double(velocity_[row].linear);
+    side[k].angular = to_double(velocity_[row].angular);
+    side[k].inv_mass = unlocked(Vec3::Constant(double(mass.inv_mass)), mass.lock_flags, kLockX);
+    side[k].inv_inertia << double(inverse.xx), double(inverse.xy), double(inverse.xz),
+        double(inverse.xy), double(inverse.yy), double(inverse.yz), double(inverse.xz),
+        double(inverse.yz), double(inverse.zz);
+    const Q4f& q = delta_[row].rotation;
+    shift[k] = to_double(delta_[row].translation);
+    turn[k] = Quat(double(q.w), double(q.x), double(q.y), double(q.z)).toRotationMatrix();
+  }
+  double gap[4] = {};
+  for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
+    const Vec3 arm_a = to_double(manifold.points[i].position), arm_b = arm_a - offset;
+    const Vec3 moved = shift[1] + turn[1] * arm_b - arm_b - shift[0] - turn[0] * arm_a + arm_a;
+    gap[i] = double(manifold.points[i].separation) + n.dot(moved);
+  }
+  step_->effects->contacts[contact.manifold] =
+      contact_residual(*step_, manifold, offset, side[0], side[1], gap, double(pass_.substep));
+}
+
 // ---- Bodies out.
 
 void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
     FastWatch watch(*step_, body_[row]);
-    const bool from_rows = outlook_[row].from_rows;
+    EffectWatch effect(*step_, body_[row]);
+    const Ledger& ledger = ledger_[row];
+    const Outlook& outlook = outlook_[row];
+    const Vec3 push(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]);
+    const Vec3 spin(ledger.angular_impulse[0], ledger.angular_impulse[1],
+                    ledger.angular_impulse[2]);
+    const bool from_rows = outlook.from_rows;
     if (!joints_.empty() && joints_.bodies.owns(row)) {
       finish_jointed(row);
+      effect.finish(push, spin);
       watch.finish(FastFlight::joined);
-    } else if (!ledger_[row].pushed && !from_rows) {
+    } else if (!ledger.pushed && !from_rows) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
       watch.finish(FastFlight::free);
     } else {
+      const BodyMotion& before = step_->bodies->motion[body_[row]];
+      const Vec3 forced =
+          step_->bodies->mass[body_[row]].mass * Vec3(outlook.linear - before.linear);
+      const Vec3 turned = outlook.angular_momentum - before.angular_momentum;
       finish_body(row);
+      if (from_rows) {
+        effect.finish(push, spin);
+      } else {
+        effect.finish_balanced(push, spin, forced, turned);
+      }
       watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
     }
   }

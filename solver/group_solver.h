@@ -113,6 +113,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void fill_axis_masses(LaneInput& input, std::uint32_t lane) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
+  void judge(std::uint32_t contact);
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
   void add_joint_colours(Op op);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/assert.h"
+#include "core/growth.h"
 #include "solver/finalise.h"
 #include "solver/solver_scratch.h"
 
@@ -295,6 +296,11 @@ class IslandBuilder {
 
 }  // namespace
 
-void build_islands(const StepContext& step, IndexRange, Task&) { IslandBuilder(step).run(); }
+void build_islands(const StepContext& step, IndexRange, Task&) {
+  IslandBuilder(step).run();
+  if (!step.effects) return;
+  core::refill(step.effects->bodies, step.bodies->rows(), BodyEffect{});
+  core::refill(step.effects->contacts, step.contacts->manifolds.size(), ContactResidual{});
+}
 
 }  // namespace skerry::solver

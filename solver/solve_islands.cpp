@@ -6,6 +6,24 @@
 
 namespace skerry::solver {
 
+namespace {
+
+// Of all its islands or of none: see IslandBuilder::make_groups.
+bool has_joints(const core::Islands& islands, const core::IslandGroup& group) {
+  return islands.islands[group.first].joint_count > 0;
+}
+
+template <class Solver>
+void run(Solver& solver, const core::IslandGroup& group, Task& task) {
+  if (group.kind == core::GroupKind::wide) {
+    task.run_phases(solver);
+  } else {
+    solver.run_serially();
+  }
+}
+
+}  // namespace
+
 void SolverScratchDeleter::operator()(SolverScratch* scratch) const { delete scratch; }
 
 SolverScratchPtr make_solver_scratch(std::uint32_t workers) {
@@ -13,7 +31,6 @@ SolverScratchPtr make_solver_scratch(std::uint32_t workers) {
 }
 
 void solve_islands(const StepContext& step, IndexRange groups, Task& task) {
-  GroupSolver& solver = step.solver->groups[task.worker()];
   for (std::uint32_t i = groups.begin; i < groups.end; ++i) {
     const core::IslandGroup& group = step.islands->groups[i];
     if (group.kind == core::GroupKind::free) {
@@ -25,11 +42,21 @@ void solve_islands(const StepContext& step, IndexRange groups, Task& task) {
       }
       continue;
     }
-    solver.begin(step, group, *step.solver->kernels);
-    if (group.kind == core::GroupKind::wide) {
-      task.run_phases(solver);
-    } else {
-      solver.run_serially();
+    const std::uint32_t worker = task.worker();
+    switch (has_joints(*step.islands, group) ? SolverKind::soft_step_tgs
+                                             : step.settings->solver.kind) {
+      case SolverKind::soft_step_tgs:
+        step.solver->groups[worker].begin(step, group, *step.solver->kernels);
+        run(step.solver->groups[worker], group, task);
+        break;
+      case SolverKind::pgs:
+        step.solver->pgs[worker].begin(step, group);
+        run(step.solver->pgs[worker], group, task);
+        break;
+      case SolverKind::penalty:
+        step.solver->penalty[worker].begin(step, group);
+        run(step.solver->penalty[worker], group, task);
+        break;
     }
   }
 }

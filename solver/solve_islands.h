@@ -1,4 +1,5 @@
-// Solves island groups: soft-step TGS contacts and joints over all substeps; free flight in double.
+// Solves island groups: soft-step TGS contacts and joints over all substeps, or the contacts of islands
+// without joints by another SolverKind; free flight in double.
 #pragma once
 
 #include <memory>

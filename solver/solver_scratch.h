@@ -8,6 +8,8 @@
 #include "core/step_context.h"
 #include "solver/contact_blocks.h"
 #include "solver/group_solver.h"
+#include "solver/penalty_solver.h"
+#include "solver/pgs_solver.h"
 #include "solver/solve_islands.h"
 
 namespace skerry::solver {
@@ -48,10 +50,12 @@ struct IslandScratch {
 
 class SolverScratch {
  public:
-  explicit SolverScratch(std::uint32_t workers) : groups(workers) {}
+  explicit SolverScratch(std::uint32_t workers) : groups(workers), pgs(workers), penalty(workers) {}
 
   IslandScratch islands;
-  std::vector<GroupSolver> groups;  // [worker]
+  std::vector<GroupSolver> groups;     // [worker]
+  std::vector<PgsSolver> pgs;          // [worker]
+  std::vector<PenaltySolver> penalty;  // [worker]
   const ContactKernels* kernels = best_kernels();
   bool never_wide = false;  // for tests: large islands take the packed path
   bool always_wide = false;

@@ -26,6 +26,7 @@ class Recorder {
     result_.step_ms.push_back(report.step_ms);
     add_stages(report);
     add_warnings(report);
+    if (options_.settings.measure_steps) add_measures(report.measures);
     if (options_.hash_every > 0 && report.step % options_.hash_every == 0) {
       result_.hashes.push_back({report.step, world.state_hash()});
     }
@@ -44,6 +45,7 @@ class Recorder {
   void finish() {
     const auto steps = static_cast<double>(std::max<std::size_t>(1, result_.step_ms.size()));
     for (StageMean& stage : result_.stages) stage.wall_ms /= steps;
+    finish_measures();
     for (const auto& [text, times] : warnings_) {
       result_.warnings.push_back(times == 1 ? text
                                             : text + " (" + std::to_string(times) + " times)");
@@ -51,6 +53,39 @@ class Recorder {
   }
 
  private:
+  void add_measures(const Measures& step) {
+    RunMeasures& sum = result_.measured;
+    const double energy = step.kinetic_energy + step.potential_energy;
+    if (sum.steps++ == 0) sum.energy_first = energy;
+    sum.energy_last = energy;
+    sum.energy_lost += step.contacts.energy_lost;
+    sum.penetration_mean += step.penetration_mean;
+    sum.penetration_max = std::max(sum.penetration_max, step.penetration_max);
+    const ContactLaw& law = step.contacts.law;
+    if (law.manifolds == 0) return;
+    ++sum.law_steps;
+    sum.law.manifolds += law.manifolds;
+    sum.law.impulse_mean += law.impulse_mean;
+    sum.law.pull_max = std::max(sum.law.pull_max, law.pull_max);
+    sum.law.cone_mean += law.cone_mean;
+    sum.law.cone_max = std::max(sum.law.cone_max, law.cone_max);
+    sum.law.normal_mean += law.normal_mean;
+    sum.law.normal_max = std::max(sum.law.normal_max, law.normal_max);
+    sum.law.friction_mean += law.friction_mean;
+    sum.law.friction_max = std::max(sum.law.friction_max, law.friction_max);
+  }
+
+  void finish_measures() {
+    RunMeasures& sum = result_.measured;
+    if (sum.steps > 0) sum.penetration_mean /= static_cast<double>(sum.steps);
+    if (sum.law_steps == 0) return;
+    sum.law.manifolds /= sum.law_steps;
+    for (double* part : {&sum.law.impulse_mean, &sum.law.cone_mean, &sum.law.normal_mean,
+                         &sum.law.friction_mean}) {
+      *part /= static_cast<double>(sum.law_steps);
+    }
+  }
+
   void add_stages(const StepReport& report) {
     const auto stages = report.stages();
     if (result_.stages.empty()) {

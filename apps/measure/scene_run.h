@@ -34,6 +34,16 @@ struct StepTasks {
   std::vector<jobs::TaskRecord> tasks;
 };
 
+// Over the timed steps, with WorldSettings::measure_steps.
+struct RunMeasures {
+  std::uint64_t steps = 0;
+  double penetration_mean = 0, penetration_max = 0;  // m: mean of the steps' means, worst of all
+  double energy_first = 0, energy_last = 0;          // J, kinetic and potential
+  double energy_lost = 0;                            // J, in contacts, all steps together
+  ContactLaw law = {};  // means of the steps that had contacts, worst of all
+  std::uint64_t law_steps = 0;
+};
+
 struct RunResult {
   std::vector<double> step_ms;    // [timed steps]
   std::vector<StageMean> stages;  // in step order
@@ -41,7 +51,8 @@ struct RunResult {
   std::uint64_t allocations = 0;  // over the timed steps
   StepReport last = {};
   std::size_t bodies = 0;
-  Measures measures = {};        // at the end
+  Measures measures = {};  // at the end
+  RunMeasures measured = {};
   std::uint64_t state_hash = 0;  // at the end, so after warmup + steps
   std::vector<StepHash> hashes;
   std::vector<std::string> warnings;  // each once, with how often it came

@@ -39,6 +39,13 @@ ThreadingMode parse_mode(const std::string& name) {
                  scenes::did_you_mean(name, names));
 }
 
+SolverKind parse_solver(const std::string& name) {
+  for (const SolverKind kind : scenes::kSolverKinds) {
+    if (name == to_string(kind)) return kind;
+  }
+  throw BadInput("--solver: must be soft_step_tgs, pgs or penalty, got '" + name + "'");
+}
+
 std::vector<Affinity> parse_affinities(const std::string& list) {
   std::vector<Affinity> values;
   for (const std::string& name : split(list)) {

@@ -15,6 +15,7 @@ inline constexpr int kMaxWorkers = 1024;
 
 // Throws BadInput, with the names there are.
 ThreadingMode parse_mode(const std::string& name);
+SolverKind parse_solver(const std::string& name);
 // "spread", "none", or both with a comma.
 std::vector<Affinity> parse_affinities(const std::string& list);
 measure::HostShape parse_host_shape(const std::string& name);

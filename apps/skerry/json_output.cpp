@@ -13,9 +13,32 @@ Json stages_json(const std::vector<measure::StageMean>& stages) {
   return json;
 }
 
-}  // namespace
+Json law_json(const ContactLaw& law) {
+  return {{"manifolds", law.manifolds},
+          {"impulse_mean", law.impulse_mean},
+          {"pull_max", law.pull_max},
+          {"cone", {{"mean", law.cone_mean}, {"max", law.cone_max}}},
+          {"normal", {{"mean", law.normal_mean}, {"max", law.normal_max}}},
+          {"friction", {{"mean", law.friction_mean}, {"max", law.friction_max}}}};
+}
 
-Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
+Json contacts_json(const ContactMeasures& contacts) {
+  return {{"energy_lost_j", contacts.energy_lost},
+          {"impulse_from_ground", contacts.impulse_from_ground},
+          {"normal_impulse", contacts.normal_impulse},
+          {"law", law_json(contacts.law)}};
+}
+
+Json measured_json(const measure::RunMeasures& run) {
+  return {{"penetration_mm",
+           {{"mean", 1e3 * run.penetration_mean}, {"max", 1e3 * run.penetration_max}}},
+          {"energy_first_j", run.energy_first},
+          {"energy_last_j", run.energy_last},
+          {"energy_lost_j", run.energy_lost},
+          {"law", law_json(run.law)}};
+}
+
+Json run_json(const RunIdentity& identity, const measure::RunResult& result) {
   const auto steps = result.step_ms.size();
   const double per_step = 1 / static_cast<double>(std::max<std::size_t>(1, steps));
   const Measures& measures = result.measures;
@@ -29,6 +52,7 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"steps", steps},
           {"warmup", identity.warmup},
           {"dt", identity.dt},
+          {"solver", to_string(identity.solver)},
           {"substeps", identity.substeps},
           {"sleep", identity.sleep},
           {"seed", identity.seed},
@@ -57,6 +81,17 @@ Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
           {"warnings", result.warnings},
           {"interrupted", result.interrupted},
           {"machine", report::to_json(measure::this_machine())}};
+}
+
+}  // namespace
+
+Json to_json(const RunIdentity& identity, const measure::RunResult& result) {
+  Json json = run_json(identity, result);
+  if (result.measured.steps > 0) {
+    json["contact_measures"] = contacts_json(result.measures.contacts);
+    json["measured"] = measured_json(result.measured);
+  }
+  return json;
 }
 
 }  // namespace skerry::app

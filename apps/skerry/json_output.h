@@ -15,6 +15,7 @@ struct RunIdentity {
   std::string scene;
   ThreadingMode mode = ThreadingMode::serial;
   int workers = 1;
+  SolverKind solver = SolverKind::soft_step_tgs;
   int substeps = 0;
   double dt = 0;
   std::uint64_t warmup = 0, seed = 0;

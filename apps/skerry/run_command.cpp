@@ -15,12 +15,12 @@ namespace {
 
 struct RunArguments {
   std::string scene;
-  std::string mode = "serial";
+  std::string mode = "serial", solver;
   int workers = 0;
   std::optional<std::uint64_t> steps, warmup, seed;
   std::optional<double> dt;
   std::optional<int> substeps;
-  bool no_sleep = false;
+  bool no_sleep = false, measure = false;
   std::string json_file, trace_file;
   std::uint64_t hash_every = 0;
 };
@@ -37,6 +37,8 @@ measure::RunOptions options_of(const RunArguments& arguments, const scenes::Scen
   options.settings.mode = parse_mode(arguments.mode);
   options.settings.workers = arguments.workers;
   options.settings.record_tasks = !arguments.trace_file.empty();
+  if (!arguments.solver.empty()) options.settings.solver.kind = parse_solver(arguments.solver);
+  options.settings.measure_steps = arguments.measure;
   if (arguments.substeps) options.settings.solver.substeps = *arguments.substeps;
   if (arguments.no_sleep) options.settings.sleep.enabled = false;
   options.dt = arguments.dt ? checked_dt(*arguments.dt) : scene.defaults.dt;
@@ -57,6 +59,18 @@ void print_warnings(const std::vector<std::string>& warnings, std::FILE* out) {
   }
 }
 
+void print_measures(const measure::RunMeasures& run, std::FILE* out) {
+  fmt::print(out, "  steps    penetration mean {:.3f} max {:.3f} mm, energy {:.6g} to {:.6g} J\n",
+             1e3 * run.penetration_mean, 1e3 * run.penetration_max, run.energy_first,
+             run.energy_last);
+  const ContactLaw& law = run.law;
+  fmt::print(out,
+             "  contacts took {:.6g} J; off their law by mean/max: normal {:.2g}/{:.2g}, friction "
+             "{:.2g}/{:.2g}, cone {:.2g}/{:.2g}\n",
+             run.energy_lost, law.normal_mean, law.normal_max, law.friction_mean, law.friction_max,
+             law.cone_mean, law.cone_max);
+}
+
 void print_summary(const RunIdentity& identity, const measure::RunResult& result, std::FILE* out) {
   const measure::Summary step = measure::summarize(result.step_ms);
   const auto steps = static_cast<double>(std::max<std::size_t>(1, result.step_ms.size()));
@@ -65,6 +79,9 @@ void print_summary(const RunIdentity& identity, const measure::RunResult& result
              identity.warmup > 0 ? fmt::format(" after {}", identity.warmup) : "", identity.dt,
              to_string(identity.mode), identity.workers, identity.workers == 1 ? "" : "s",
              result.interrupted ? ", INTERRUPTED" : "");
+  if (identity.solver != SolverKind::soft_step_tgs) {
+    fmt::print(out, "  solver   {}\n", to_string(identity.solver));
+  }
   fmt::print(out, "  {} bodies, {} awake, {} contacts, {} islands, largest {}\n", result.bodies,
              result.last.awake_bodies, result.last.contacts, result.last.islands,
              result.last.largest_island);
@@ -79,6 +96,7 @@ void print_summary(const RunIdentity& identity, const measure::RunResult& result
   fmt::print(out, "  state    penetration mean {:.3f} max {:.3f} mm, kinetic energy {:.6g} J\n",
              1e3 * result.measures.penetration_mean, 1e3 * result.measures.penetration_max,
              result.measures.kinetic_energy);
+  if (result.measured.steps > 0) print_measures(result.measured, out);
   print_warnings(result.warnings, out);
   fmt::print(out, "  hash     {}\n", report::hash_text(result.state_hash));
 }
@@ -93,6 +111,7 @@ int run_scene_command(const RunArguments& arguments) {
       .scene = scene.name,
       .mode = options.settings.mode,
       .workers = measure::effective_workers(options.settings.mode, arguments.workers),
+      .solver = options.settings.solver.kind,
       .substeps = options.settings.solver.substeps,
       .dt = options.dt,
       .warmup = options.warmup,
@@ -132,7 +151,10 @@ void add_run_command(CLI::App& app, Action& action) {
   command->add_option("--warmup", a->warmup, "Steps before them, not timed")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1'000'000'000}));
   command->add_option("--dt", a->dt, "Seconds per step");
+  command->add_option("--solver", a->solver, "soft_step_tgs, pgs or penalty; default: the scene's");
   command->add_option("--substeps", a->substeps, "Solver substeps")->check(CLI::Range(1, 64));
+  command->add_flag("--measure", a->measure,
+                    "Energy, penetration and contact law of every timed step");
   command->add_flag("--no-sleep", a->no_sleep, "Bodies never sleep");
   command->add_option("--seed", a->seed, "Of the scene's jitter")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{0xffffffff}));

@@ -32,8 +32,9 @@ struct EngineInfo {
 };
 
 // Serial for one worker, the job system for more.
-std::unique_ptr<Engine> make_skerry(int workers);
-EngineInfo skerry_info();
+std::unique_ptr<Engine> make_skerry(int workers, SolverKind solver);
+// Rows of the engine's other solvers are named skerry_pgs and skerry_penalty.
+EngineInfo skerry_info(SolverKind solver);
 #if SKERRY_HAVE_BULLET
 std::unique_ptr<Engine> make_bullet();
 EngineInfo bullet_info();

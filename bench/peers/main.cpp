@@ -19,10 +19,23 @@ const std::vector<std::string> kScenes = {"large_pyramid", "many_pyramids", "box
 // Until then the spheres fall and settle; after it they lie still.
 constexpr std::uint64_t kSphereRainSteps = 432;
 
+constexpr SolverKind kSolvers[] = {SolverKind::soft_step_tgs, SolverKind::pgs, SolverKind::penalty};
+
+// That run unless others are asked for.
 std::vector<std::string> engine_names() {
   std::vector<std::string> names = {"skerry"};
   if (SKERRY_HAVE_BULLET) names.emplace_back("bullet");
   if (SKERRY_HAVE_ODE) names.emplace_back("ode");
+  return names;
+}
+
+// And the engine's other solvers.
+std::vector<std::string> all_names() {
+  std::vector<std::string> names = engine_names();
+  for (const SolverKind solver : kSolvers) {
+    const std::string name = skerry_info(solver).name;
+    if (name != "skerry") names.push_back(name);
+  }
   return names;
 }
 
@@ -42,7 +55,7 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--engines", arguments.engines, "names, separated by commas")
       ->delimiter(',')
-      ->check(CLI::IsMember(engine_names()));
+      ->check(CLI::IsMember(all_names()));
   app.add_option("--workers", arguments.workers, "rows of Skerry: 1 is serial, more a job system")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
@@ -61,9 +74,11 @@ void declare(CLI::App& app, Arguments& arguments) {
 std::vector<Contestant> contestants_of(const Arguments& arguments) {
   std::vector<Contestant> contestants;
   for (const std::string& name : arguments.engines) {
-    if (name == "skerry") {
+    for (const SolverKind solver : kSolvers) {
+      if (name != skerry_info(solver).name) continue;
       for (const int workers : arguments.workers) {
-        contestants.push_back({skerry_info(), workers, [=] { return make_skerry(workers); }});
+        contestants.push_back(
+            {skerry_info(solver), workers, [=] { return make_skerry(workers, solver); }});
       }
     }
 #if SKERRY_HAVE_BULLET

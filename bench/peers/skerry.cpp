@@ -9,11 +9,12 @@ namespace {
 
 class Skerry : public Engine {
  public:
-  explicit Skerry(int workers) : workers_(workers) {}
+  Skerry(int workers, SolverKind solver) : workers_(workers), solver_(solver) {}
 
   void build(const PeerScene& scene) override {
     WorldSettings settings = scenes::world_settings(scene.source);
     settings.sleep.enabled = false;
+    settings.solver.kind = solver_;
     settings.mode = workers_ > 1 ? ThreadingMode::job_system : ThreadingMode::serial;
     settings.workers = workers_;
     dt_ = scene.source.defaults.dt;
@@ -34,6 +35,7 @@ class Skerry : public Engine {
 
  private:
   int workers_;
+  SolverKind solver_;
   double dt_ = 0;
   std::optional<World> world_;
   std::vector<BodyId> bodies_;
@@ -41,14 +43,19 @@ class Skerry : public Engine {
 
 }  // namespace
 
-std::unique_ptr<Engine> make_skerry(int workers) { return std::make_unique<Skerry>(workers); }
+std::unique_ptr<Engine> make_skerry(int workers, SolverKind solver) {
+  return std::make_unique<Skerry>(workers, solver);
+}
 
-EngineInfo skerry_info() {
-  return {.name = "skerry",
+EngineInfo skerry_info(SolverKind solver) {
+  const bool own = solver == SolverKind::soft_step_tgs;
+  const std::string work = own                         ? "4 substeps"
+                           : solver == SolverKind::pgs ? "pgs, 10 iterations"
+                                                       : "penalty forces, 32 substeps";
+  return {.name = own ? "skerry" : std::string("skerry_") + to_string(solver),
           .version = build_info::kVersion,
-          .settings =
-              "defaults: double precision, 4 substeps; sleeping off; serial for one worker, "
-              "the job system for more"};
+          .settings = "defaults: double precision, " + work +
+                      "; sleeping off; serial for one worker, the job system for more"};
 }
 
 }  // namespace skerry::peers

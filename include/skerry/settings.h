@@ -43,7 +43,40 @@ enum class Integrator : std::uint8_t {
 
 enum class BroadphaseKind : std::uint8_t { tree, sweep_and_prune, fcl };
 
+// What solves the contacts of a world. The first is the engine's; the others are there to be measured
+// against it. Islands with joints take the first in any case.
+enum class SolverKind : std::uint8_t {
+  soft_step_tgs,  // substeps with soft contacts and a relax pass: docs/solver.md
+  pgs,            // sequential impulses (Catto, GDC 2006): PgsSettings
+  penalty,        // spring-dashpot forces with memory (Cundall and Strack 1979): PenaltySettings
+};
+
+// How pgs takes back overlap.
+enum class PositionCorrection : std::uint8_t {
+  baumgarte,      // by a part of the velocity, which stays
+  split_impulse,  // by velocities of their own, forgotten after the step
+};
+
+// Stable at any step, converged at none: stacks sink and sway unless `iterations` is about the square
+// of their height, heavy on light unless it is about the mass ratio. Takes no substeps.
+struct PgsSettings {
+  int iterations = 10;  // 1 to 10000
+  PositionCorrection correction = PositionCorrection::split_impulse;
+  double correction_rate = 0.2;  // part of the overlap to take back per step; above 1 overshoots
+  double slop = 0.001;           // m of overlap that stays
+};
+
+// Explicit: stable while 2 pi hertz dt / substeps is below 2 / n or so, with n contacts per body.
+// What rests sinks in by load / mass / (2 pi hertz)^2; faster than size times hertz goes through.
+struct PenaltySettings {
+  int substeps = 32;  // 1 to 10000
+  double hertz = 60;  // of a body on the ground
+};
+
 struct SolverSettings {
+  SolverKind kind = SolverKind::soft_step_tgs;
+  PgsSettings pgs = {};
+  PenaltySettings penalty = {};
   int substeps = 4;
   double contact_hertz = 30;  // stiffness of soft contacts, capped at a quarter of the
                               // substep rate
@@ -76,7 +109,10 @@ struct WorldSettings {
   BroadphaseKind broadphase = BroadphaseKind::tree;
   bool continuous = true;       // sweep fast bodies, so that they cannot pass through others
   bool persist_events = false;  // also report ContactEventKind::persist for every touching pair
-  bool record_tasks = false;    // keep every task of the last step for World::last_tasks()
+  // Fill StepReport::measures after every step, and its part about contacts. Costs about a
+  // microsecond per contact and body; the states keep their bits.
+  bool measure_steps = false;
+  bool record_tasks = false;  // keep every task of the last step for World::last_tasks()
   // Called after every step on the thread that made it, the dedicated thread too, with that step's
   // report and (with record_tasks) its tasks. It may not call the world. What it throws reaches
   // whoever asked for the step, as from any callback.
@@ -87,5 +123,7 @@ const char* to_string(ThreadingMode mode);
 const char* to_string(BlockPolicy policy);
 const char* to_string(Integrator integrator);
 const char* to_string(BroadphaseKind kind);
+const char* to_string(SolverKind kind);
+const char* to_string(PositionCorrection correction);
 
 }  // namespace skerry

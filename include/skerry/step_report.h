@@ -18,6 +18,48 @@ struct StageTime {
   bool per_item = false;
 };
 
+// How well contacts keep their law after the solve: unilateral contact and Coulomb friction. Residuals
+// are parts of the mean normal impulse of a manifold that pushes (1: as large as what an average
+// contact carries); `mean` over manifolds that push, `max` the worst of them. Impulses and velocities
+// are those of the step's last solver pass; bounces obey the law of impact instead and are left out of
+// `normal` and `friction`.
+struct ContactLaw {
+  std::uint64_t manifolds = 0;         // that push
+  double impulse_mean = 0;             // N s, normal, of a manifold in the last pass: the unit
+  double pull_max = 0;                 // beyond lambda_n >= 0
+  double cone_mean = 0, cone_max = 0;  // beyond |lambda_t| <= mu lambda_n
+  // Of lambda_n v_n = 0 and v_n >= 0: sum over the points of |min(lambda_n, m v_n)|, with the
+  // point's effective mass m, and v_n short of what would close a gap.
+  double normal_mean = 0, normal_max = 0;
+  // Of sticking, or slipping against lambda_t: how far lambda_t lies from lambda_t - m v_t, put back
+  // into the cone.
+  double friction_mean = 0, friction_max = 0;
+};
+
+// What contacts did in the last step. All zero without WorldSettings::measure_steps.
+struct ContactMeasures {
+  // J: kinetic and potential energy that contacts took from the bodies (in an impact of two bodies
+  // T_before - T_after); work of kinematic bodies counts against it. Of bodies with joints or
+  // damping: the work of their contact impulses at their mean velocities over the step.
+  double energy_lost = 0;
+  // N s, world: what fixed and kinematic bodies gave to dynamic ones. At rest: weight times dt.
+  std::array<double, 3> impulse_from_ground = {};
+  double normal_impulse = 0;  // N s: sum over all contacts, along their normals
+  ContactLaw law;
+};
+
+// Sums over the world, on request (World::measure, StepReport::measures).
+struct Measures {
+  double kinetic_energy = 0;                    // J
+  double potential_energy = 0;                  // J, of uniform gravity, zero at the origin
+  std::array<double, 3> momentum = {};          // kg m/s
+  std::array<double, 3> angular_momentum = {};  // kg m^2/s about the origin
+  std::uint64_t contact_points = 0;             // with a separation of at most zero
+  double penetration_mean = 0;  // m, over those points, at the start of the last step
+  double penetration_max = 0;   // m
+  ContactMeasures contacts;     // of the last step
+};
+
 struct StepReport {
   static constexpr std::size_t kMaxStages = 24;
 
@@ -47,19 +89,10 @@ struct StepReport {
   std::uint32_t largest_island = 0;  // bodies
   std::uint32_t fallback_pairs = 0;  // narrowphase pairs that went through FCL
 
+  Measures measures;  // after the step; all zero without WorldSettings::measure_steps
+
   // Trouble that did not stop the step, with the setting to change or the body that was set aside.
   std::vector<std::string> warnings;
-};
-
-// Sums over the world, on request (World::measure).
-struct Measures {
-  double kinetic_energy = 0;                    // J
-  double potential_energy = 0;                  // J, of uniform gravity, zero at the origin
-  std::array<double, 3> momentum = {};          // kg m/s
-  std::array<double, 3> angular_momentum = {};  // kg m^2/s about the origin
-  std::uint64_t contact_points = 0;             // with a separation of at most zero
-  double penetration_mean = 0;  // m, over those points, at the start of the last step
-  double penetration_max = 0;   // m
 };
 
 }  // namespace skerry

@@ -192,6 +192,59 @@ TEST_P(BothSteps, a_ball_rolls_down_an_incline_at_five_sevenths_of_gravity) {
   EXPECT_NEAR((world.linear_velocity(ball).norm() - before) / 2, 1.8136, 0.005 * 1.8136);
 }
 
+// A18. Halving the step halves the error at least, wherever there is an error to speak of; `errors`
+// at steps of 1/30, 1/60, 1/120 and 1/240 s.
+void expect_order(const std::array<double, 4>& errors, double order, double negligible) {
+  const double last = std::max(errors[3], negligible), first = std::max(errors[0], negligible);
+  if (first > negligible) {
+    EXPECT_GE(std::log2(first / last) / 3, order)
+        << errors[0] << ' ' << errors[1] << ' ' << errors[2] << ' ' << errors[3];
+  }
+}
+constexpr std::array<double, 4> kHalvedSteps = {1.0 / 30, 1.0 / 60, 1.0 / 120, 1.0 / 240};
+
+TEST(Analytic, halving_the_step_halves_the_error_of_a_sliding_box) {
+  std::array<double, 4> errors;
+  for (std::size_t k = 0; k < 4; ++k)
+    errors[k] = std::abs(slide_to_rest(0, kHalvedSteps[k]).distance - 25 / (2 * 0.5 * kG));
+  expect_order(errors, 0.9, 1e-6);
+}
+
+TEST(Analytic, halving_the_step_halves_the_error_of_a_ball_that_begins_to_roll) {
+  std::array<double, 4> errors;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double dt = kHalvedSteps[k];
+    World world;
+    add_floor(world, 0.3);
+    const BodyId ball = add_sphere(world, {0, 0.5, 0}, 0.5, 0.3);
+    for (int n = 0; n < 0.5 / dt; ++n) world.step(dt);
+    const double start = world.pose(ball).position.x();
+    world.set_velocity(ball, {4, 0, 0}, Vec3::Zero());
+    for (double t = 0.5 * dt; t < 1; t += dt) world.step(dt);
+    const double slides = 2 * 4 / (7 * 0.3 * kG);
+    const double truth = 4 * slides - 0.5 * 0.3 * kG * slides * slides + 20 / 7.0 * (1 - slides);
+    errors[k] = std::abs(world.pose(ball).position.x() - start - truth);
+  }
+  expect_order(errors, 0.9, 1e-6);
+}
+
+TEST(Analytic, halving_the_step_quarters_the_error_of_flight_through_drag) {
+  std::array<double, 4> errors;
+  for (std::size_t k = 0; k < 4; ++k) {
+    World world;
+    world.add_force_field([](const FieldSample& at) {
+      return FieldForce{-0.5 * at.mass * at.velocity, Vec3::Zero()};
+    });
+    const BodyId ball = world.add_body(
+        {.shapes = {Sphere{.radius = 0.5}}, .position = {0, 50, 0}, .linear_velocity = {3, 10, 0}});
+    for (double t = 0.5 * kHalvedSteps[k]; t < 2; t += kHalvedSteps[k]) world.step(kHalvedSteps[k]);
+    const double rest = std::exp(-0.5 * 2), fall = -kG / 0.5;
+    const Vec3 truth(3 / 0.5 * (1 - rest), 50 + fall * 2 + (10 - fall) / 0.5 * (1 - rest), 0);
+    errors[k] = (world.pose(ball).position - truth).norm();
+  }
+  expect_order(errors, 1.9, 1e-12);
+}
+
 // A17. A heavy box on a light one neither passes nor sinks in.
 double sink_of_heavy_on_light(double ratio, double dt) {
   World world;

@@ -166,6 +166,35 @@ TEST(SkerryRun, writes_every_key_of_the_contract) {
   EXPECT_EQ(run.at("hashes")[1].at("step"), 20);
 }
 
+TEST(SkerryRun, measures_steps_on_request_and_without_a_change_of_state) {
+  const json plain = run_to_json({"tiny", "--steps", "60"});
+  const json run = run_to_json({"tiny", "--steps", "60", "--measure"});
+  EXPECT_FALSE(plain.contains("measured"));
+  EXPECT_EQ(run.at("state_hash"), plain.at("state_hash"));
+  const json& measured = run.at("measured");
+  const double gone =
+      measured.at("energy_first_j").get<double>() - measured.at("energy_last_j").get<double>();
+  EXPECT_GT(gone, 0);
+  EXPECT_NEAR(measured.at("energy_lost_j").get<double>(), gone,
+              0.02 * gone);  // and the first step's
+  for (const char* law : {"cone", "normal", "friction"}) {
+    EXPECT_TRUE(measured.at("law").at(law).at("max").is_number()) << law;
+  }
+  EXPECT_GT(run.at("contact_measures").at("normal_impulse").get<double>(), 0);
+}
+
+TEST(SkerryRun, solvers_are_chosen_by_name) {
+  const json own = run_to_json({"tiny", "--steps", "60"});
+  EXPECT_EQ(own.at("solver"), "soft_step_tgs");
+  for (const char* solver : {"pgs", "penalty"}) {
+    const json run = run_to_json({"tiny", "--steps", "60", "--solver", solver});
+    EXPECT_EQ(run.at("solver"), solver);
+    EXPECT_NE(run.at("state_hash"), own.at("state_hash"));
+  }
+  expect_refused({"run", "tiny", "--solver", "magic"},
+                 "--solver: must be soft_step_tgs, pgs or penalty, got 'magic'");
+}
+
 TEST(SkerryRun, warmup_and_steps_make_one_history) {
   const json whole = run_to_json({"tiny", "--steps", "30"});
   const json parts = run_to_json({"tiny", "--warmup", "12", "--steps", "18"});

@@ -81,6 +81,8 @@ const std::vector<Rule>& rules() {
        "skerry/.*|scenes/.*|bench/(modes|support)/.*|apps/measure/.*|cmake/build_info/.*",
        kModesThirdParty.c_str(), "",
        "bench/modes uses the public API: <skerry/...>, scenes and apps/measure"},
+      {"bench/accuracy/.*", "skerry/.*|scenes/.*|apps/measure/.*", kProgramThirdParty.c_str(), "",
+       "bench/accuracy uses the public API: <skerry/...>, scenes and apps/measure"},
       {"bench/peers/.*", "skerry/.*|scenes/.*|bench/(peers|support)/.*|cmake/build_info/.*",
        kPeersThirdParty.c_str(), "", "bench/peers uses the public API: <skerry/...> and scenes"},
       {"(bench|tests|cmake)/.*", ".*", ".*", "", ""},

@@ -67,6 +67,8 @@ std::vector<WrongScene> wrong_values() {
        true},
       {"dt_tiny", scene_with("\"dt\": 1e-9"), ":2: dt: must be between 1e-6 and 1 s, got 1e-9",
        true},
+      {"solver", scene_with("\"solver\": \"magic\""),
+       ":2: solver: must be one of soft_step_tgs, pgs, penalty, got \"magic\"", true},
       {"substeps", scene_with("\"substeps\": 0"),
        ":2: substeps: must be a whole number between 1 and 64, got 0", true},
       {"steps_fraction", scene_with("\"steps\": 2.5"),
@@ -226,7 +228,7 @@ std::vector<WrongScene> wrong_scenes() {
 std::string full_scene() {
   return R"({
   "$schema": "scene.schema.json", "format": "skerry-scene", "version": 1, "name": "full",
-  "description": "Every field", "gravity": [0, -9.81, 0], "dt": 0.02, "substeps": 6, "steps": 50,
+  "description": "Every field", "gravity": [0, -9.81, 0], "dt": 0.02, "solver": "pgs", "substeps": 6, "steps": 50,
   "warmup": 5, "sleep": false, "seed": 99,
   "materials": { "steel": { "friction": 0.3, "restitution": 0.2, "rolling_resistance": 0.001, "density": 7800 } },
   "meshes": { "block": { "file": "block.obj", "scale": [2, 1, 2], "weld": 1e-6, "manifold": true } },

@@ -89,6 +89,7 @@ TEST(SceneFile, every_field_arrives) {
   EXPECT_EQ(scene.name, "full");
   EXPECT_EQ(scene.defaults.gravity, Vec3(0, -9.81, 0));
   EXPECT_EQ(scene.defaults.dt, 0.02);
+  EXPECT_EQ(scene.defaults.solver, SolverKind::pgs);
   EXPECT_EQ(scene.defaults.substeps, 6);
   EXPECT_EQ(scene.defaults.steps, 50u);
   EXPECT_EQ(scene.defaults.warmup, 5u);
