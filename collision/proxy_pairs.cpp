@@ -90,9 +90,8 @@ void ProxyBroadphase::find_parted(const StepContext& step) {
     for (std::uint32_t row = partners_[a].begin; row < partners_[a].end; ++row)
       if (!marks_[partner_[row]]) parted_.push_back(row);
   std::sort(parted_.begin(), parted_.end());
-  std::erase_if(parted_, [&](std::uint32_t row) {
-    return stays(step, row, step.contacts->pairs[row].a);
-  });
+  std::erase_if(parted_,
+                [&](std::uint32_t row) { return stays(step, row, step.contacts->pairs[row].a); });
 }
 
 bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row, ColliderIndex a) {
