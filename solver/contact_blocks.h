@@ -55,8 +55,7 @@ struct ContactPass {
   float inv_substep = 0;            // 1/s
   float max_push = 0;               // m/s
   float restitution_threshold = 0;  // m/s
-  Softness soft = {};               // between two dynamic bodies
-  Softness soft_fixed = {};         // if one of them cannot be moved
+  Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
   bool books = true;    // the relax pass adds its impulses to the sums over the step
 };
@@ -107,9 +106,12 @@ struct alignas(4 * W) Lanes {
 // Slots that depend on the number of points.
 template <int W, int P>
 struct PointLanes {
-  Lanes<W> u[P], v[P];     // m, along the tangents, from the contact centre
-  Lanes<W> coupling[6];    // inverse mass between points 01 02 03 12 13 23
-  Lanes<W> mass[P];        // effective mass along the normal; 0 beyond the manifold's points
+  Lanes<W> u[P], v[P];   // m, along the tangents, from the contact centre
+  Lanes<W> coupling[6];  // inverse mass between points 01 02 03 12 13 23
+  Lanes<W> mass[P];      // effective mass along the normal; 0 beyond the manifold's points
+  // Impulses that stop all four points at once follow from sums over the points by this symmetric
+  // matrix, of (1, v, -u): 00 01 02 11 12 22. 00 is 0 without points and negative if there is none.
+  Lanes<W> together[6];
   Lanes<W> separation[P];  // m at the start of the step
   Lanes<W> impulse[P];     // N s, of the present substep
 };
