@@ -1,6 +1,10 @@
-# skerry_add_tests(core [LIBS ...]): program skerry_test_core from the *.cpp beside it.
+# The programs that hold tests with label tsan.
+add_custom_target(skerry_tsan_tests)
+
+# skerry_add_tests(core [LIBS ...]): program skerry_test_core from the *.cpp beside it. Each test is
+# a process of its own, but for the suites of IN_ONE_GO, whose set-up is long.
 function(skerry_add_tests FOLDER)
-  cmake_parse_arguments(PARSE_ARGV 1 TEST "" "TIMEOUT" "LIBS;EXCLUDE_SOURCES")
+  cmake_parse_arguments(PARSE_ARGV 1 TEST "" "TIMEOUT" "LIBS;EXCLUDE_SOURCES;IN_ONE_GO")
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 60)
   endif()
@@ -24,18 +28,47 @@ function(skerry_add_tests FOLDER)
     target_precompile_headers(${target} REUSE_FROM skerry_test_test_support)
   endif()
 
+  foreach(source IN LISTS sources)
+    file(STRINGS "${source}" named REGEX "StdThread|std_thread" LIMIT_COUNT 1)
+    if(named)
+      add_dependencies(skerry_tsan_tests ${target})
+    endif()
+  endforeach()
   set(tsan "*StdThread*:*std_thread*")
   set(stress "*Stress*:*stress*")
-  skerry_discover(${target} "-${tsan}:${stress}" ${TEST_TIMEOUT} "${FOLDER}")
+  set(apart "${tsan}:${stress}")
+  foreach(suite IN LISTS TEST_IN_ONE_GO)
+    string(APPEND apart ":${suite}.*")
+    math(EXPR suite_timeout "${TEST_TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
+    add_test(NAME ${suite} COMMAND ${target} "--gtest_filter=${suite}.*"
+             WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
+    set_tests_properties(${suite} PROPERTIES TIMEOUT ${suite_timeout} LABELS "${FOLDER}")
+  endforeach()
+  skerry_discover(${target} "-${apart}" ${TEST_TIMEOUT} "${FOLDER}")
   skerry_discover(${target} "${tsan}" ${TEST_TIMEOUT} "${FOLDER}-tsan")
   math(EXPR stress_timeout "${TEST_TIMEOUT} * 5")
   skerry_discover(${target} "${stress}-${tsan}" ${stress_timeout} "${FOLDER}-stress")
 endfunction()
 
+# Sanitizers of clang 14 die at start on kernels that spread addresses further than they know of
+# (sysctl vm.mmap_rnd_bits above 28), so their tests run without address randomisation wherever that
+# may be turned off; some containers forbid it.
+if(SKERRY_SANITIZE AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
+  find_program(SKERRY_SETARCH setarch)
+  mark_as_advanced(SKERRY_SETARCH)
+  if(SKERRY_SETARCH)
+    execute_process(COMMAND "${SKERRY_SETARCH}" -R ${CMAKE_COMMAND} -E true
+                    RESULT_VARIABLE refused OUTPUT_QUIET ERROR_QUIET)
+    if(NOT refused)
+      set(CMAKE_CROSSCOMPILING_EMULATOR "${SKERRY_SETARCH}" -R)
+    endif()
+  endif()
+endif()
+
 function(skerry_discover TARGET FILTER TIMEOUT LABELS)
   math(EXPR timeout "${TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
   gtest_discover_tests(${TARGET}
-    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 300
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
     PROPERTIES TIMEOUT ${timeout} LABELS "${LABELS}")
 endfunction()

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "collision/broadphase.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 namespace {
@@ -21,7 +22,7 @@ constexpr double kFarthest = 1e30;
 // At least one unit in the last place beyond the value: covers the rounding to float, and that of
 // the double arithmetic before it.
 float rounded_down(double value) {
-  const auto v = static_cast<float>(std::clamp(value, -kFarthest, kFarthest));
+  const auto v = core::rounded_to_float(std::clamp(value, -kFarthest, kFarthest));
   return v - (std::abs(v) * 0x1p-23f + std::numeric_limits<float>::min());
 }
 float rounded_up(double value) { return -rounded_down(-value); }

@@ -6,6 +6,7 @@
 #include "collision/broadphase.h"
 #include "collision/mesh_tree.h"
 #include "collision/time_of_impact.h"
+#include "core/rounding.h"
 #include "core/trig.h"
 
 namespace skerry::collision {
@@ -210,8 +211,8 @@ double impact_with_mesh(const Collider& convex, const Sweep& sweep, double radiu
     for (int k = 0; k < 3; ++k) {
       const double h = std::fabs(column[k].x) * half.x + std::fabs(column[k].y) * half.y +
                        std::fabs(column[k].z) * half.z;
-      low[k] = static_cast<float>(c[k] - h * (1 + 1e-6) - 1e-6 * std::fabs(c[k]));
-      high[k] = static_cast<float>(c[k] + h * (1 + 1e-6) + 1e-6 * std::fabs(c[k]));
+      low[k] = core::rounded_to_float(c[k] - h * (1 + 1e-6) - 1e-6 * std::fabs(c[k]));
+      high[k] = core::rounded_to_float(c[k] + h * (1 + 1e-6) + 1e-6 * std::fabs(c[k]));
     }
     triangles.clear();
     mesh.tree->query(low, high, triangles);
@@ -318,7 +319,7 @@ Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex bo
   const double turn = step.fast->start[body].angle;
   const double reach = double(step.bodies->mass[body].turn_radius);
   // Between its ends an arc leaves the box of the two by less than its height.
-  const auto bulge = static_cast<float>(reach * std::min(2.0, 0.125 * turn * turn));
+  const auto bulge = core::rounded_to_float(reach * std::min(2.0, 0.125 * turn * turn));
   for (int axis = 0; axis < 3; ++axis) {
     box.min[axis] = std::min(box.min[axis], from.min[axis]) - bulge;
     box.max[axis] = std::max(box.max[axis], from.max[axis]) + bulge;

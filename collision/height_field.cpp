@@ -8,6 +8,7 @@
 #include "collision/box_tree_build.h"
 #include "collision/geometry_build.h"
 #include "collision/mesh_tree.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
@@ -151,9 +152,9 @@ V3f field_corner(const HeightFieldGeometry& field, std::uint32_t triangle, unsig
   const std::uint32_t cell = triangle / 2, half = triangle % 2;
   const std::uint32_t column = cell % cell_columns(field) + kColumn[half][i];
   const std::uint32_t row = cell / cell_columns(field) + kRow[half][i];
-  return {static_cast<float>(column * field.step_x),
+  return {core::rounded_to_float(column * field.step_x),
           field.heights[std::size_t{row} * field.columns + column],
-          static_cast<float>(row * field.step_z)};
+          core::rounded_to_float(row * field.step_z)};
 }
 
 void find_field_triangles(const HeightFieldGeometry& field, const float min[3], const float max[3],
@@ -200,7 +201,7 @@ Triangle field_triangle(const PlacedShape& placed, std::uint32_t triangle) {
 float field_radius(const HeightFieldGeometry& field) {
   const double x = field.step_x * (field.columns - 1), z = field.step_z * (field.rows - 1);
   const double y = std::max(std::abs(double(field.low)), std::abs(double(field.high)));
-  return static_cast<float>(std::sqrt(x * x + y * y + z * z) * (1 + 1e-6));
+  return core::rounded_to_float(std::sqrt(x * x + y * y + z * z) * (1 + 1e-6));
 }
 
 std::shared_ptr<const HeightFieldGeometry> build_height_field(const HeightFieldData& data,
@@ -213,7 +214,7 @@ std::shared_ptr<const HeightFieldGeometry> build_height_field(const HeightFieldD
   field->step_z = scale.z();
   field->heights.reserve(data.heights.size());
   for (const float height : data.heights)
-    field->heights.push_back(static_cast<float>(double(height) * scale.y() + 0.0));
+    field->heights.push_back(core::rounded_to_float(double(height) * scale.y() + 0.0));
   set_cells(*field, data);
   set_blocks(*field);
   return field;

@@ -8,6 +8,7 @@
 #include "collision/geometry_build.h"
 #include "collision/polytope_lanes.h"
 #include "collision/quickhull.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 namespace {
@@ -201,7 +202,7 @@ void set_faces(HullGeometry& hull, const std::vector<Loop>& loops, std::span<con
     const Vec3 normal = area_vector(loop, corners).normalized();
     double offset = normal.dot(corners[loop[0]]);
     for (const uint32_t corner : loop) offset = std::max(offset, normal.dot(corners[corner]));
-    hull.faces.push_back({core::to_float(normal), static_cast<float>(offset),
+    hull.faces.push_back({core::to_float(normal), core::rounded_to_float(offset),
                           static_cast<std::uint16_t>(hull.face_vertices.size()),
                           static_cast<std::uint16_t>(loop.size())});
     for (const uint32_t corner : loop)

@@ -10,6 +10,8 @@
 #include <cmath>
 
 #include "collision/narrowphase_kernels.h"
+#include "collision/simplex_weights.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
@@ -22,7 +24,7 @@ using V3d = core::V3<double>;
 
 V3d wide(const V3f& v) { return {double(v.x), double(v.y), double(v.z)}; }
 V3f narrow(const V3d& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+  return {core::rounded_to_float(v.x), core::rounded_to_float(v.y), core::rounded_to_float(v.z)};
 }
 double length(const V3d& v) { return std::sqrt(dot(v, v)); }
 
@@ -162,55 +164,6 @@ struct Simplex {
   }
 };
 
-void set_weights(Simplex& s, double w0, double w1 = 0, double w2 = 0, double w3 = 0) {
-  s.weight[0] = w0;
-  s.weight[1] = w1;
-  s.weight[2] = w2;
-  s.weight[3] = w3;
-}
-
-void solve_line(Simplex& s) {
-  const V3d a = s.vertex[0].p, ab = s.vertex[1].p - a;
-  const double squared = dot(ab, ab);
-  const double t = squared > 0 ? std::clamp(-dot(a, ab) / squared, 0.0, 1.0) : 0.0;
-  set_weights(s, 1 - t, t);
-}
-
-// Nearest point of a triangle to the origin (Ericson, 5.1.5); returns its squared distance.
-double triangle_weights(const V3d& a, const V3d& b, const V3d& c, double (&w)[3]) {
-  const V3d ab = b - a, ac = c - a;
-  const auto give = [&](double u, double v, double t) {
-    w[0] = u;
-    w[1] = v;
-    w[2] = t;
-    const V3d p = (a * u + b * v) + c * t;
-    return dot(p, p);
-  };
-  const double d1 = -dot(ab, a), d2 = -dot(ac, a);
-  if (d1 <= 0 && d2 <= 0) return give(1, 0, 0);
-  const double d3 = -dot(ab, b), d4 = -dot(ac, b);
-  if (d3 >= 0 && d4 <= d3) return give(0, 1, 0);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return give(1 - d1 / (d1 - d3), d1 / (d1 - d3), 0);
-  const double d5 = -dot(ab, c), d6 = -dot(ac, c);
-  if (d6 >= 0 && d5 <= d6) return give(0, 0, 1);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return give(1 - d2 / (d2 - d6), 0, d2 / (d2 - d6));
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return give(0, 1 - t, t);
-  }
-  const double sum = va + vb + vc;
-  return give(1 - (vb + vc) / sum, vb / sum, vc / sum);
-}
-
-void solve_triangle(Simplex& s) {
-  double w[3];
-  triangle_weights(s.vertex[0].p, s.vertex[1].p, s.vertex[2].p, w);
-  set_weights(s, w[0], w[1], w[2]);
-}
-
 // False if the origin is inside.
 bool solve_tetrahedron(Simplex& s) {
   static constexpr int kFaces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
@@ -221,13 +174,24 @@ bool solve_tetrahedron(Simplex& s) {
     const double inner = dot(normal, s.vertex[face[3]].p - a), origin = -dot(normal, a);
     if (inner * origin > 0) continue;  // the origin is on the inner side of this face
     double w[3];
-    const double squared = triangle_weights(a, b, c, w);
-    if (squared >= nearest) continue;
-    nearest = squared;
-    set_weights(s, 0, 0, 0, 0);
+    weigh_triangle(a, b, c, w);
+    const V3d p = (a * w[0] + b * w[1]) + c * w[2];
+    if (dot(p, p) >= nearest) continue;
+    nearest = dot(p, p);
+    for (double& weight : s.weight) weight = 0;
     for (int i = 0; i < 3; ++i) s.weight[face[i]] = w[i];
   }
   return nearest < 1e300;
+}
+
+// False if the origin is inside.
+bool weigh(Simplex& s) {
+  if (s.count == 4) return solve_tetrahedron(s);
+  double w[3] = {1, 0, 0};
+  if (s.count == 2) weigh_segment(s.vertex[0].p, s.vertex[1].p, w);
+  if (s.count == 3) weigh_triangle(s.vertex[0].p, s.vertex[1].p, s.vertex[2].p, w);
+  for (int i = 0; i < 3; ++i) s.weight[i] = w[i];
+  return true;
 }
 
 struct Distance {
@@ -261,14 +225,7 @@ Distance distance(const Core& a, const Core& b, const V3d& shift, const V3d& sta
     if (i > 0 && excess <= 1e-9 * squared) break;
     if (holds(simplex, w.p, 1e-12 * scale)) break;  // no new point: as near as it gets
     simplex.vertex[simplex.count++] = w;
-    if (simplex.count == 1)
-      set_weights(simplex, 1);
-    else if (simplex.count == 2)
-      solve_line(simplex);
-    else if (simplex.count == 3)
-      solve_triangle(simplex);
-    else if (!solve_tetrahedron(simplex))
-      return result;
+    if (!weigh(simplex)) return result;
     simplex.drop_weightless();
     v = simplex.nearest();
     if (dot(v, v) <= 1e-14 * scale * scale) return result;
@@ -440,7 +397,7 @@ void snap(const PlacedShape& a, const PlacedShape& b, const Feature& feature, fl
   if (dot(normal, touch.normal) < 0.9998f) return;
   const float separation =
       (dot(normal, b.center - a.center) - extent(b, -normal)) - extent(a, normal);
-  if (separation < touch.separation - 1e-4f * static_cast<float>(size)) return;
+  if (separation < touch.separation - 1e-4f * core::rounded_to_float(size)) return;
   touch.normal = normal;
   touch.separation = separation;
 }
@@ -462,7 +419,7 @@ void add_points(const PlacedShape& a, const PlacedShape& b, const Query& query, 
   }
   // The nearest points themselves, where the features do not tell of them.
   constexpr std::uint32_t kNearestId = 0x20000000u;
-  if (deepest > touch.separation + 2e-3f * static_cast<float>(size))
+  if (deepest > touch.separation + 2e-3f * core::rounded_to_float(size))
     list.add(touch.position, touch.separation, kNearestId);
   list.choose(patch);
 }
@@ -481,7 +438,7 @@ bool convex_convex(const PlacedShape& a, const PlacedShape& b, Query& query, Con
 
   Touch touch;
   touch.normal = narrow(way.normal);
-  touch.separation = static_cast<float>(-way.depth - radii);
+  touch.separation = core::rounded_to_float(-way.depth - radii);
   const V3d on_a = way.a + way.normal * ca.radius(), on_b = way.b - way.normal * cb.radius();
   touch.position = narrow((on_a + on_b) * 0.5);
   add_points(a, b, query, std::min(ca.size() + ca.radius(), cb.size() + cb.radius()), touch, patch);

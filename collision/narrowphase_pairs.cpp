@@ -6,6 +6,7 @@
 #include <span>
 
 #include "collision/polytope_lanes.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
@@ -36,8 +37,8 @@ bool centered(const Collider& collider) {
 }
 
 V3f difference(const Vec3& a, const Vec3& b) {
-  return {static_cast<float>(a.x() - b.x()), static_cast<float>(a.y() - b.y()),
-          static_cast<float>(a.z() - b.z())};
+  return {core::rounded_to_float(a.x() - b.x()), core::rounded_to_float(a.y() - b.y()),
+          core::rounded_to_float(a.z() - b.z())};
 }
 
 // Radius about the centre of mass of a sphere that holds the collider; of the whole body where that
@@ -61,7 +62,7 @@ float reach(const Collider& collider, const core::BodyMass& mass) {
       return offset + collider.hull->lanes->view.radius;
     case ShapeType::mesh:
     case ShapeType::height_field:
-      return static_cast<float>(mass.radius);
+      return core::rounded_to_float(mass.radius);
     case ShapeType::plane:
       break;
   }
@@ -98,7 +99,7 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
   if (type_a == ShapeType::height_field || type_b == ShapeType::height_field) return kNoTouch;
   const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
   const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
-  return static_cast<float>(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
+  return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
   const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
   const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
   const V3f relative = difference(motion_b.linear, motion_a.linear);
-  frame.dt = static_cast<float>(step.dt);
+  frame.dt = core::rounded_to_float(step.dt);
   frame.linear = relative - cross(to_float(motion_b.angular), frame.between);
   frame.angular = difference(motion_b.angular, motion_a.angular);
   frame.slop = kSpeculativeDistance;
@@ -168,7 +169,7 @@ float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const
   normal = matrix(plane_pose.orientation) * normal;
   const double scale = 1 / std::sqrt(dot(normal, normal));
   const V3d offset = place(other, other_pose) - place(plane, plane_pose);
-  return static_cast<float>(dot(normal, offset) * scale - plane.plane_offset);
+  return core::rounded_to_float(dot(normal, offset) * scale - plane.plane_offset);
 }
 
 }  // namespace

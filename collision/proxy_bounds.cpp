@@ -7,6 +7,7 @@
 #include "collision/height_field.h"
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 namespace {
@@ -42,11 +43,11 @@ double turn(const Quat& q, const double p[4]) {
 }
 
 float down(double value) {
-  const auto v = static_cast<float>(value);
+  const auto v = core::rounded_to_float(value);
   return v - (std::abs(v) * 0x1p-23f + std::numeric_limits<float>::min());
 }
 float nudged_down(double value) {
-  return std::isinf(value) ? static_cast<float>(value) : down(value);
+  return std::isinf(value) ? core::rounded_to_float(value) : down(value);
 }
 float nudged_up(double value) { return -nudged_down(-value); }
 
@@ -204,11 +205,11 @@ void ProxyBroadphase::set_leash(const core::Bodies& bodies, BodyIndex body, doub
     const double foreseen = once + std::min((kForeseenSteps - 1) * once, std::max(most, margin));
     const double slack = margin + turning;
     leash.low[axis] =
-        fixed ? 0 : static_cast<float>(slack + (motion.linear[axis] < 0 ? foreseen : 0));
+        fixed ? 0 : core::rounded_to_float(slack + (motion.linear[axis] < 0 ? foreseen : 0));
     leash.high[axis] =
-        fixed ? 0 : static_cast<float>(slack + (motion.linear[axis] > 0 ? foreseen : 0));
+        fixed ? 0 : core::rounded_to_float(slack + (motion.linear[axis] > 0 ? foreseen : 0));
   }
-  leash.least = fixed ? 0 : static_cast<float>(margin + turning);
+  leash.least = fixed ? 0 : core::rounded_to_float(margin + turning);
 }
 
 Aabb ProxyBroadphase::fattened(const core::Bodies& bodies, const Collider& collider,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/simplex_weights.h"
+
 namespace skerry::collision {
 namespace {
 
@@ -155,43 +157,6 @@ struct Simplex {
     count = kept;
   }
 };
-
-void weigh_segment(const V3d& a, const V3d& b, double (&w)[3]) {
-  const V3d ab = b - a;
-  const double squared = dot(ab, ab);
-  const double t = squared > 0 ? std::clamp(-dot(a, ab) / squared, 0.0, 1.0) : 0.0;
-  w[0] = 1 - t;
-  w[1] = t;
-  w[2] = 0;
-}
-
-// Weights of the point of a triangle nearest to the origin (Ericson, "Real-Time Collision
-// Detection", 2005, 5.1.5).
-void weigh_triangle(const V3d& a, const V3d& b, const V3d& c, double (&w)[3]) {
-  const auto give = [&w](double u, double v, double t) {
-    w[0] = u;
-    w[1] = v;
-    w[2] = t;
-  };
-  const V3d ab = b - a, ac = c - a;
-  const double d1 = -dot(ab, a), d2 = -dot(ac, a);
-  if (d1 <= 0 && d2 <= 0) return give(1, 0, 0);
-  const double d3 = -dot(ab, b), d4 = -dot(ac, b);
-  if (d3 >= 0 && d4 <= d3) return give(0, 1, 0);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return give(1 - d1 / (d1 - d3), d1 / (d1 - d3), 0);
-  const double d5 = -dot(ab, c), d6 = -dot(ac, c);
-  if (d6 >= 0 && d5 <= d6) return give(0, 0, 1);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return give(1 - d2 / (d2 - d6), 0, d2 / (d2 - d6));
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return give(0, 1 - t, t);
-  }
-  const double sum = va + vb + vc;
-  give(1 - (vb + vc) / sum, vb / sum, vc / sum);
-}
 
 // A tetrahedron lower than this part of its size has no inside.
 constexpr double kFlat = 1e-13;

@@ -104,6 +104,16 @@ class QueryScene {
   template <class Most, class Visit>
   void for_each_near(const Aabb& box, const Most& most, const Visit& visit) const;
 
+  template <class Hit>
+  std::optional<CastHit> first_hit(const MovingBox& mover, const QueryFilter& filter,
+                                   const Hit& hit) const;
+  template <class Hit>
+  void all_hits(const MovingBox& mover, const QueryFilter& filter, const Hit& hit,
+                std::vector<CastHit>& hits) const;
+  void name_hit(const core::Collider& collider, CastHit& hit) const;
+  auto ray_meets(const RayCast& ray, bool back_faces) const;
+  auto shape_meets(const ConvexCore& core, const V3d& origin, const Vec3& translation) const;
+
   LocalHit ray_row(const Row& row, const RayCast& ray, double most, bool back_faces,
                    std::uint32_t& triangle) const;
   Touching cast_row(const Row& row, const ConvexCore& core, const V3d& origin,

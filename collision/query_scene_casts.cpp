@@ -62,12 +62,6 @@ Touching QueryScene::cast_row(const Row& row, const ConvexCore& core, const V3d&
 
 namespace {
 
-// The best of the hits seen so far: the least fraction, then the lowest body and shape.
-struct Best {
-  ColliderIndex collider = kNone;
-  double fraction = 1;
-};
-
 CastHit ray_hit(const RayCast& ray, const LocalHit& hit, const M3d& axes, std::uint32_t triangle) {
   CastHit out;
   out.triangle = triangle;
@@ -96,59 +90,93 @@ void sort_hits(std::vector<CastHit>& hits) {
   });
 }
 
-V3d zero() { return {0, 0, 0}; }
+MovingBox ray_mover(const RayCast& ray) {
+  return MovingBox(wide(ray.origin), wide(ray.translation), {0, 0, 0});
+}
+
+MovingBox shape_mover(const ConvexCore& core, const V3d& origin, const Vec3& translation) {
+  const CoreBox box = box_of(core);
+  return MovingBox(origin + box.middle, wide(translation), box.half);
+}
 
 }  // namespace
 
-std::optional<CastHit> QueryScene::ray_cast(const RayCast& ray, const QueryFilter& filter) const {
-  const MovingBox mover(wide(ray.origin), wide(ray.translation), zero());
-  Best best;
-  CastHit result;
-  for_each_met(
-      mover, [&] { return best.fraction; },
-      [&](ColliderIndex c) {
-        const Row& row = rows_[c];
-        if (!passes(row.collider, filter)) return true;
-        std::uint32_t triangle = kNone;
-        const LocalHit hit = ray_row(row, ray, best.fraction, filter.back_faces, triangle);
-        if (!hit.hit) return true;
-        if (hit.t == best.fraction && best.collider != kNone && !before(c, best.collider))
-          return true;
-        if (!accepts(row.collider, filter)) return true;
-        best = {c, hit.t};
-        result = ray_hit(ray, hit, row.axes, triangle);
-        return true;
-      });
-  if (best.collider == kNone) return std::nullopt;
-  result.body = id_of(rows_[best.collider].collider);
-  result.shape = rows_[best.collider].collider.shape_in_body;
-  return result;
+// `hit(row, most)`: where the mover meets the row, at a fraction of at most `most`. Of equal
+// fractions the lowest body and shape counts.
+template <class Hit>
+std::optional<CastHit> QueryScene::first_hit(const MovingBox& mover, const QueryFilter& filter,
+                                             const Hit& hit) const {
+  std::optional<CastHit> best;
+  ColliderIndex best_row = kNone;
+  const auto most = [&best] { return best ? best->fraction : 1.0; };
+  for_each_met(mover, most, [&](ColliderIndex c) {
+    const Collider& collider = rows_[c].collider;
+    if (!passes(collider, filter)) return true;
+    const std::optional<CastHit> found = hit(rows_[c], most());
+    if (!found) return true;
+    if (best && found->fraction == best->fraction && !before(c, best_row)) return true;
+    if (!accepts(collider, filter)) return true;
+    best = found;
+    best_row = c;
+    return true;
+  });
+  if (best) name_hit(rows_[best_row].collider, *best);
+  return best;
 }
 
-void QueryScene::ray_cast_all(const RayCast& ray, const QueryFilter& filter,
-                              std::vector<CastHit>& hits) const {
-  const MovingBox mover(wide(ray.origin), wide(ray.translation), zero());
+template <class Hit>
+void QueryScene::all_hits(const MovingBox& mover, const QueryFilter& filter, const Hit& hit,
+                          std::vector<CastHit>& hits) const {
   for_each_met(
       mover, [] { return 1.0; },
       [&](ColliderIndex c) {
-        const Row& row = rows_[c];
-        if (!passes(row.collider, filter)) return true;
-        std::uint32_t triangle = kNone;
-        const LocalHit hit = ray_row(row, ray, 1, filter.back_faces, triangle);
-        if (!hit.hit || !accepts(row.collider, filter)) return true;
-        CastHit& out = hits.emplace_back(ray_hit(ray, hit, row.axes, triangle));
-        out.body = id_of(row.collider);
-        out.shape = row.collider.shape_in_body;
+        const Collider& collider = rows_[c].collider;
+        if (!passes(collider, filter)) return true;
+        const std::optional<CastHit> found = hit(rows_[c], 1.0);
+        if (found && accepts(collider, filter)) name_hit(collider, hits.emplace_back(*found));
         return true;
       });
   sort_hits(hits);
 }
 
+void QueryScene::name_hit(const Collider& collider, CastHit& hit) const {
+  hit.body = id_of(collider);
+  hit.shape = collider.shape_in_body;
+}
+
+// What first_hit and all_hits ask, for a ray and for a moving shape.
+auto QueryScene::ray_meets(const RayCast& ray, bool back_faces) const {
+  return [this, &ray, back_faces](const Row& row, double most) -> std::optional<CastHit> {
+    std::uint32_t triangle = kNone;
+    const LocalHit hit = ray_row(row, ray, most, back_faces, triangle);
+    if (!hit.hit) return std::nullopt;
+    return ray_hit(ray, hit, row.axes, triangle);
+  };
+}
+auto QueryScene::shape_meets(const ConvexCore& core, const V3d& origin,
+                             const Vec3& translation) const {
+  return [this, &core, &origin, along = wide(translation)](const Row& row,
+                                                           double most) -> std::optional<CastHit> {
+    std::uint32_t triangle = kNone;
+    const Touching touching = cast_row(row, core, origin, along, most, triangle);
+    if (!touching.hit) return std::nullopt;
+    return cast_hit(touching, origin, triangle);
+  };
+}
+
+std::optional<CastHit> QueryScene::ray_cast(const RayCast& ray, const QueryFilter& filter) const {
+  return first_hit(ray_mover(ray), filter, ray_meets(ray, filter.back_faces));
+}
+
+void QueryScene::ray_cast_all(const RayCast& ray, const QueryFilter& filter,
+                              std::vector<CastHit>& hits) const {
+  all_hits(ray_mover(ray), filter, ray_meets(ray, filter.back_faces), hits);
+}
+
 bool QueryScene::ray_hits(const RayCast& ray, const QueryFilter& filter) const {
-  const MovingBox mover(wide(ray.origin), wide(ray.translation), zero());
   bool found = false;
   for_each_met(
-      mover, [] { return 1.0; },
+      ray_mover(ray), [] { return 1.0; },
       [&](ColliderIndex c) {
         const Row& row = rows_[c];
         std::uint32_t triangle = kNone;
@@ -163,51 +191,14 @@ bool QueryScene::ray_hits(const RayCast& ray, const QueryFilter& filter) const {
 std::optional<CastHit> QueryScene::shape_cast(const ConvexCore& core, const V3d& origin,
                                               const Vec3& translation,
                                               const QueryFilter& filter) const {
-  const CoreBox box = box_of(core);
-  const MovingBox mover(origin + box.middle, wide(translation), box.half);
-  Best best;
-  CastHit result;
-  for_each_met(
-      mover, [&] { return best.fraction; },
-      [&](ColliderIndex c) {
-        const Row& row = rows_[c];
-        if (!passes(row.collider, filter)) return true;
-        std::uint32_t triangle = kNone;
-        const Touching touching =
-            cast_row(row, core, origin, wide(translation), best.fraction, triangle);
-        if (!touching.hit) return true;
-        if (touching.fraction == best.fraction && best.collider != kNone &&
-            !before(c, best.collider))
-          return true;
-        if (!accepts(row.collider, filter)) return true;
-        best = {c, touching.fraction};
-        result = cast_hit(touching, origin, triangle);
-        return true;
-      });
-  if (best.collider == kNone) return std::nullopt;
-  result.body = id_of(rows_[best.collider].collider);
-  result.shape = rows_[best.collider].collider.shape_in_body;
-  return result;
+  return first_hit(shape_mover(core, origin, translation), filter,
+                   shape_meets(core, origin, translation));
 }
 
 void QueryScene::shape_cast_all(const ConvexCore& core, const V3d& origin, const Vec3& translation,
                                 const QueryFilter& filter, std::vector<CastHit>& hits) const {
-  const CoreBox box = box_of(core);
-  const MovingBox mover(origin + box.middle, wide(translation), box.half);
-  for_each_met(
-      mover, [] { return 1.0; },
-      [&](ColliderIndex c) {
-        const Row& row = rows_[c];
-        if (!passes(row.collider, filter)) return true;
-        std::uint32_t triangle = kNone;
-        const Touching touching = cast_row(row, core, origin, wide(translation), 1, triangle);
-        if (!touching.hit || !accepts(row.collider, filter)) return true;
-        CastHit& out = hits.emplace_back(cast_hit(touching, origin, triangle));
-        out.body = id_of(row.collider);
-        out.shape = row.collider.shape_in_body;
-        return true;
-      });
-  sort_hits(hits);
+  all_hits(shape_mover(core, origin, translation), filter, shape_meets(core, origin, translation),
+           hits);
 }
 
 }  // namespace skerry::collision

@@ -40,6 +40,23 @@ float above(double value) {
   return float_above(std::min(value, kMost));
 }
 
+// Calls visit(row) for the triangles that a mover may meet at a fraction of at most `most`, which
+// visit may lower; nearest boxes first.
+template <class Visit>
+void walk_met(const Collider& surface, const MovingBox& mover, const double& most,
+              const Visit& visit) {
+  walk_in_order(
+      nodes_of(surface),
+      [&](const BoxNode& node, float limit, float(&keys)[BoxNode::kWidth]) {
+        return moving_lanes(node, mover, limit, keys);
+      },
+      [&] { return above(most); },
+      [&](std::uint32_t item) {
+        for_triangles_of(surface, item, visit);
+        return true;
+      });
+}
+
 }  // namespace
 
 std::uint32_t triangle_count(const Collider& surface) {
@@ -99,16 +116,7 @@ SurfaceHit ray_surface(const Collider& surface, const LocalRay& ray, bool back_f
     best_row = row;
     most = hit.t;
   };
-  walk_in_order(
-      nodes_of(surface),
-      [&](const BoxNode& node, float limit, float(&keys)[BoxNode::kWidth]) {
-        return moving_lanes(node, mover, limit, keys);
-      },
-      [&] { return above(most); },
-      [&](std::uint32_t item) {
-        for_triangles_of(surface, item, consider);
-        return true;
-      });
+  walk_met(surface, mover, most, consider);
   if (best.at.hit) best.triangle = triangle_name(surface, best_row);
   return best;
 }
@@ -127,16 +135,7 @@ SurfaceTouch cast_at_surface(const ConvexCore& core, const V3d& translation, dou
     best_row = row;
     most = touching.fraction;
   };
-  walk_in_order(
-      nodes_of(surface),
-      [&](const BoxNode& node, float limit, float(&keys)[BoxNode::kWidth]) {
-        return moving_lanes(node, mover, limit, keys);
-      },
-      [&] { return above(most); },
-      [&](std::uint32_t item) {
-        for_triangles_of(surface, item, consider);
-        return true;
-      });
+  walk_met(surface, mover, most, consider);
   if (best.at.hit) best.triangle = triangle_name(surface, best_row);
   return best;
 }

@@ -15,13 +15,13 @@
 
 #include "collision/box_lanes.h"
 #include "collision/query_convex.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
-// A float at least one unit in the last place below, or above, a double. (Comparing the rounded value
-// with the given one would be sharper, but gcc 12 drops the rounding where it vectorises.)
+// A float at least one unit in the last place below, or above, a double.
 inline float float_below(double value) {
-  const auto v = static_cast<float>(value);
+  const auto v = core::rounded_to_float(value);
   return v - (std::abs(v) * 0x1p-23f + std::numeric_limits<float>::min());
 }
 inline float float_above(double value) { return -float_below(-value); }
@@ -46,7 +46,7 @@ struct MovingBox {
       last_origin[i] = backward[i] ? above : below;
       // A component this small moves the ray by less than rounding; 0 times infinity must not be.
       inverse[i] =
-          static_cast<float>(1 / (std::abs(d[i]) < 1e-20 ? std::copysign(1e-20, d[i]) : d[i]));
+          core::rounded_to_float(1 / (std::abs(d[i]) < 1e-20 ? std::copysign(1e-20, d[i]) : d[i]));
     }
   }
 };

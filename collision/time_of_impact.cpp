@@ -31,8 +31,8 @@ double mesh_inner_radius(const core::MeshGeometry& mesh) {
 }
 
 M3d turned(const V3d& axis, double angle, const M3d& axes) {
-  const auto [s, c] = core::trig::sin_cos(angle);
-  const auto turn = [&](const V3d& v) {
+  const auto [sin, cos] = core::trig::sin_cos(angle);
+  const auto turn = [&, s = sin, c = cos](const V3d& v) {
     return v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c));
   };
   return {turn(axes.c0), turn(axes.c1), turn(axes.c2)};

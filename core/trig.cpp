@@ -1,4 +1,5 @@
 #include "core/trig.h"
+#include "core/rounding.h"
 
 #include <cmath>
 
@@ -129,13 +130,13 @@ double acos(double x) {
 
 SinCos<float> sin_cos(float x) {
   const SinCos<double> r = sin_cos(static_cast<double>(x));
-  return {static_cast<float>(r.sin), static_cast<float>(r.cos)};
+  return {rounded_to_float(r.sin), rounded_to_float(r.cos)};
 }
-float sin(float x) { return static_cast<float>(sin(static_cast<double>(x))); }
-float cos(float x) { return static_cast<float>(cos(static_cast<double>(x))); }
+float sin(float x) { return rounded_to_float(sin(static_cast<double>(x))); }
+float cos(float x) { return rounded_to_float(cos(static_cast<double>(x))); }
 float atan2(float y, float x) {
-  return static_cast<float>(atan2(static_cast<double>(y), static_cast<double>(x)));
+  return rounded_to_float(atan2(static_cast<double>(y), static_cast<double>(x)));
 }
-float acos(float x) { return static_cast<float>(acos(static_cast<double>(x))); }
+float acos(float x) { return rounded_to_float(acos(static_cast<double>(x))); }
 
 }  // namespace skerry::core::trig

@@ -6,6 +6,8 @@
 
 #include <skerry/types.h>
 
+#include "core/rounding.h"
+
 namespace skerry::core {
 
 template <class T>
@@ -75,12 +77,12 @@ using Q4f = Q4<float>;
 
 inline float length(const V3f& v) { return std::sqrt(dot(v, v)); }
 inline V3f to_float(const Vec3& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+  return {rounded_to_float(v.x()), rounded_to_float(v.y()), rounded_to_float(v.z())};
 }
 inline Vec3 to_double(const V3f& v) { return {double(v.x), double(v.y), double(v.z)}; }
 inline Q4f to_float(const Quat& q) {
-  return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-          static_cast<float>(q.w())};
+  return {rounded_to_float(q.x()), rounded_to_float(q.y()), rounded_to_float(q.z()),
+          rounded_to_float(q.w())};
 }
 
 }  // namespace skerry::core

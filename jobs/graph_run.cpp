@@ -17,6 +17,8 @@ std::int64_t spin_ns(const WaitPolicy& wait) {
   return static_cast<std::int64_t>(std::clamp(wait.spin_us, 0.0, 3.6e9) * 1000);
 }
 
+constexpr std::uint64_t bit_of(std::uint32_t stage) { return std::uint64_t{1} << (stage % 64); }
+
 }  // namespace
 
 // The runs that this thread is inside of. A helper source may run a ticket on such a thread; it
@@ -61,11 +63,12 @@ class GraphRun::KernelTask final : public Task {
 
 GraphRun::GraphRun(std::uint32_t workers, const WaitPolicy& wait)
     : workers_(workers),
+      shares_(std::min(workers, Share::kMost)),
       spin_ns_(spin_ns(wait)),
       indices_(workers),
       recorder_(workers),
       team_(workers, spin_ns_, *this, event_, recorder_) {
-  boards_.push_back(std::make_unique<Board>(16));
+  boards_.push_back(std::make_unique<Board>(16, shares_));
   board_.store(boards_.back().get());
 }
 
@@ -75,8 +78,8 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
   const auto stages = static_cast<std::uint32_t>(graph.stages().size());
   Board* board = board_.load(std::memory_order_relaxed);
   if (board->states.size() < stages) {
-    boards_.push_back(
-        std::make_unique<Board>(std::max<std::uint32_t>(stages, 2 * board->states.size())));
+    boards_.push_back(std::make_unique<Board>(
+        std::max<std::uint32_t>(stages, 2 * board->states.size()), shares_));
     board = boards_.back().get();
     board_.store(board, std::memory_order_release);
   }
@@ -89,6 +92,8 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
   stop_ = options.stop;
   name_ = options.name;
   by_stage_ = false;
+  first_shared_ = 0;
+  counted_ = kNone;
   failure_ = nullptr;
   stop_seen_ = false;
   cancelled_.store(false, std::memory_order_relaxed);
@@ -97,7 +102,7 @@ void GraphRun::prepare(const TaskGraph& graph, void* context, const RunOptions& 
 
 void GraphRun::run_here() {
   const Inside inside(this);
-  running_.store(true, std::memory_order_seq_cst);
+  if (run_alone() == graph_->stages().size()) return;
   Released released;
   release_roots(released, true);
   if (released.wide) invite(released.opened_chunks - (released.here ? 0 : 1), released.wide);
@@ -114,14 +119,44 @@ void GraphRun::start_away() {
   if (released.opened_chunks > 0) invite(released.opened_chunks, name);
 }
 
+// All stages before the returned one have run here, one after the other, without a claim or a count
+// that threads share: none of them had two chunks. Phase programs in them find helpers.
+std::uint32_t GraphRun::run_alone() {
+  const auto stages = static_cast<std::uint32_t>(graph_->stages().size());
+  running_.store(true, std::memory_order_seq_cst);
+  std::uint32_t stage = 0;
+  for (; stage < stages; ++stage) {
+    if (graph_->chain_head(stage) != stage) continue;  // has run behind its head
+    if (count_chunks(stage) > 1) break;
+    for (const std::uint32_t link : graph_->chain(stage)) run_stage_alone(link);
+  }
+  first_shared_ = stage;
+  counted_ = stage;
+  if (stage == stages) end_run();
+  return stage;
+}
+
+void GraphRun::run_stage_alone(std::uint32_t stage) {
+  if (state(stage).chunks > 0) run_kernel(stage, 0, 0);
+  for (const std::uint32_t head : graph_->successors(stage)) {
+    auto& waiting = state(head).waiting;
+    waiting.store(waiting.load(std::memory_order_relaxed) - 1, std::memory_order_relaxed);
+  }
+  stages_left_.store(stages_left_.load(std::memory_order_relaxed) - 1, std::memory_order_relaxed);
+}
+
 // Releases the stages that wait for nothing. The count of stages left starts one too high, so that
 // the run cannot end half way through this.
 void GraphRun::release_roots(Released& released, bool may_keep) {
   const auto stages = static_cast<std::uint32_t>(graph_->stages().size());
-  for (std::uint32_t i = 0; i < stages; ++i) {
-    const bool is_root = graph_->chain_head(i) == i && graph_->wait_count(i) == 0;
-    if (is_root) release(i, released, may_keep);
+  roots_
+      .clear();  // all of them before the first release: others come to wait for nothing meanwhile
+  for (std::uint32_t i = first_shared_; i < stages; ++i) {
+    if (graph_->chain_head(i) != i || state(i).waiting.load(std::memory_order_relaxed) > 0)
+      continue;
+    roots_.push_back(i);
   }
+  for (const std::uint32_t root : roots_) release(root, released, may_keep);
   if (stages_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) end_run();
 }
 
@@ -150,13 +185,14 @@ std::uint32_t GraphRun::open_stage(std::uint32_t stage) {
   const std::uint32_t chunks = chunk_count(stage, items);
   state(stage).items = items;
   state(stage).chunks = chunks;
-  state(stage).unfinished.store(chunks, std::memory_order_relaxed);
   recorder_.items(stage, items);
   if (chunks == 0) return 0;
   running_.store(true, std::memory_order_seq_cst);
   if (chunks == 1) {
-    run_from({stage, 0}, 0);
+    run_kernel(stage, 0, 0);
+    end_run();
   } else {
+    state(stage).unfinished.store(chunks, std::memory_order_relaxed);
     open(stage);
   }
   return chunks;
@@ -220,7 +256,7 @@ std::uint32_t GraphRun::reserve_tickets(std::uint32_t wanted) {
 // Chunks before programs: they need no barrier.
 void GraphRun::work(std::uint32_t worker) {
   while (true) {
-    if (const auto work = claim()) {
+    if (const auto work = claim(worker)) {
       run_from(*work, worker);
     } else if (!team_.help(worker)) {
       return;
@@ -234,38 +270,39 @@ void GraphRun::serve(std::uint32_t worker) {
   } while (spin_for_work());
 }
 
-std::optional<GraphRun::Work> GraphRun::claim() {
+std::optional<GraphRun::Work> GraphRun::claim(std::uint32_t worker) {
   Board& board = *board_.load(std::memory_order_acquire);
   for (std::uint32_t word = 0; word < board.open.size(); ++word) {
     std::uint64_t open = board.open[word].load(std::memory_order_acquire);
     for (; open; open &= open - 1) {
       const std::uint32_t stage = word * 64 + std::uint32_t(std::countr_zero(open));
-      if (const auto work = claim_from(board, stage)) return work;
+      if (const auto work = claim_from(board, stage, worker)) return work;
     }
   }
   return std::nullopt;
 }
 
-std::optional<GraphRun::Work> GraphRun::claim_from(Board& board, std::uint32_t stage) {
-  StageState& state = board.states[stage];
-  if (state.unclaimed.load(std::memory_order_relaxed) <= 0) return std::nullopt;
-  const std::int64_t unclaimed = state.unclaimed.fetch_sub(1, std::memory_order_acq_rel);
-  if (unclaimed <= 0) return std::nullopt;
-  // The stage cannot open again before this chunk is finished, so the bit is ours to clear.
-  if (unclaimed == 1) {
-    board.open[stage / 64].fetch_and(~(std::uint64_t{1} << (stage % 64)),
-                                     std::memory_order_relaxed);
+std::optional<GraphRun::Work> GraphRun::claim_from(Board& board, std::uint32_t stage,
+                                                   std::uint32_t worker) {
+  ChunkShare* const shares = shares_of(board, stage);
+  const std::uint32_t own = worker % shares_;
+  if (const auto chunk = shares[own].chunks.take_front()) return Work{stage, *chunk};
+  for (std::uint32_t i = 1; i < shares_; ++i) {
+    const auto chunk = shares[(own + i) % shares_].chunks.take_back();
+    if (chunk) return Work{stage, *chunk};
   }
-  return Work{stage, state.chunks - static_cast<std::uint32_t>(unclaimed)};
+  return std::nullopt;
 }
 
 bool GraphRun::has_work() const {
-  const Board& board = *board_.load(std::memory_order_acquire);
+  Board& board = *board_.load(std::memory_order_acquire);
   for (std::uint32_t word = 0; word < board.open.size(); ++word) {
-    std::uint64_t open = board.open[word].load(std::memory_order_seq_cst);
+    std::uint64_t open = board.open[word].load(std::memory_order_relaxed);
     for (; open; open &= open - 1) {
-      const auto& state = board.states[word * 64 + std::uint32_t(std::countr_zero(open))];
-      if (state.unclaimed.load(std::memory_order_relaxed) > 0) return true;
+      const auto* shares = shares_of(board, word * 64 + std::uint32_t(std::countr_zero(open)));
+      for (std::uint32_t i = 0; i < shares_; ++i) {
+        if (!shares[i].chunks.is_empty()) return true;
+      }
     }
   }
   return team_.has_blocks();
@@ -316,7 +353,7 @@ std::optional<GraphRun::Work> GraphRun::run_chunk(Work work, std::uint32_t worke
 std::optional<GraphRun::Work> GraphRun::run_chunks(Work first, std::uint32_t worker) {
   Board& board = *board_.load(std::memory_order_relaxed);
   std::uint32_t count = 0;
-  for (std::optional<Work> work = first; work; work = claim_from(board, first.stage)) {
+  for (std::optional<Work> work = first; work; work = claim_from(board, first.stage, worker)) {
     run_kernel(first.stage, work->chunk, worker);
     ++count;
   }
@@ -348,6 +385,8 @@ std::optional<GraphRun::Work> GraphRun::finish_chunks(std::uint32_t stage, std::
   if (state(stage).unfinished.fetch_sub(count, std::memory_order_acq_rel) != count) {
     return std::nullopt;
   }
+  Board& board = *board_.load(std::memory_order_relaxed);
+  board.open[stage / 64].fetch_and(~bit_of(stage), std::memory_order_relaxed);
   if (by_stage_) {
     end_run();
     return std::nullopt;
@@ -367,17 +406,23 @@ void GraphRun::finish_stage(std::uint32_t stage, Released& released, bool may_ke
   if (stages_left_.fetch_sub(1, std::memory_order_acq_rel) == 1) end_run();
 }
 
-// Everything the chain waits for is finished: opens it, or keeps it for this thread.
-void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
+// The items of a chain, asked once; returns its number of chunks.
+std::uint32_t GraphRun::count_chunks(std::uint32_t head) {
   const std::uint32_t items = item_count(head);
   const std::uint32_t chunks = chunk_count(head, items);
-  const auto chain = graph_->chain(head);
-  for (const std::uint32_t stage : chain) {
+  for (const std::uint32_t stage : graph_->chain(head)) {
     state(stage).items = items;
     state(stage).chunks = chunks;
     state(stage).unfinished.store(chunks, std::memory_order_relaxed);
     recorder_.items(stage, items);
   }
+  return chunks;
+}
+
+// Everything the chain waits for is finished: opens it, or keeps it for this thread.
+void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
+  const std::uint32_t chunks = head == counted_ ? state(head).chunks : count_chunks(head);
+  const auto chain = graph_->chain(head);
   if (chunks == 0) {
     // The last of these may end the run.
     for (std::size_t i = 0, count = chain.size(); i < count; ++i) {
@@ -392,11 +437,18 @@ void GraphRun::release(std::uint32_t head, Released& released, bool may_keep) {
   }
 }
 
+// The moment the last share is filled others may finish the stage; signal() is the fence between
+// that and the look for tickets.
 void GraphRun::open(std::uint32_t stage) {
   Board& board = *board_.load(std::memory_order_relaxed);
-  StageState& state = board.states[stage];
-  state.unclaimed.store(state.chunks, std::memory_order_release);
-  board.open[stage / 64].fetch_or(std::uint64_t{1} << (stage % 64), std::memory_order_seq_cst);
+  board.open[stage / 64].fetch_or(bit_of(stage), std::memory_order_relaxed);
+  const std::uint32_t chunks = board.states[stage].chunks;
+  ChunkShare* const shares = shares_of(board, stage);
+  for (std::uint32_t i = 0; i < shares_; ++i) {
+    const std::uint32_t begin = Share::begin_of(i, shares_, chunks);
+    const std::uint32_t end = Share::begin_of(i + 1, shares_, chunks);
+    if (begin < end) shares[i].chunks.fill(begin, end);
+  }
   event_.signal();
 }
 

@@ -1,15 +1,15 @@
 // One run of a task graph after another, shared by the caller and whoever comes to help.
 //
-// Ready chains of stages are open: anybody inside may claim their chunks, in stage order, lowest
-// chunk first. Whoever finishes the last chunk of a stage releases the stages that wait for it. A
+// Ready chains of stages are open: anybody inside may claim their chunks, in stage order, first of
+// its own share of them. Whoever finishes the last chunk of a stage releases the stages that wait for it. A
 // released stage of one chunk is run on the spot by the thread that released it; a wider one is
 // opened, and only then are helpers invited. An invited helper brings a ticket, works, spins a
 // little while for more, and leaves. So a small graph costs no scheduling, the caller finishes alone
 // if nobody comes, and a ticket that comes late finds nothing.
 //
-// Claims are safe against threads that were delayed anywhere, as in PhaseTeam: a stage's word holds
-// the number of unclaimed chunks and is above zero only while the stage is open; a run cannot end
-// before its claimed chunks are finished; and all else is read after the claim.
+// Claims are safe against threads that were delayed anywhere, as in PhaseTeam: a share is one atomic
+// word, in which a chunk exists only while its stage is open; a run cannot end before its claimed
+// chunks are finished; and all else is read after the claim.
 #pragma once
 
 #include <array>
@@ -27,6 +27,7 @@
 #include "jobs/event_count.h"
 #include "jobs/phase_team.h"
 #include "jobs/recorder.h"
+#include "jobs/share.h"
 #include "jobs/worker_indices.h"
 
 namespace skerry::jobs {
@@ -84,19 +85,23 @@ class GraphRun final : private TeamHost {
   void wake();
 
  private:
-  struct alignas(128) StageState {
-    std::atomic<std::int64_t> unclaimed{0};  // chunks; below 0: somebody looked in vain
-    // The rest changes hands with the claims.
-    alignas(64) std::atomic<std::uint32_t> unfinished{0};  // chunks
-    std::atomic<std::uint32_t> waiting{0};                 // for so many stages
+  struct alignas(64) StageState {
+    std::atomic<std::uint32_t> unfinished{0};  // chunks
+    std::atomic<std::uint32_t> waiting{0};     // for so many stages
     std::uint32_t chunks = 0;
     std::uint32_t items = 0;
   };
 
+  struct alignas(64) ChunkShare {
+    Share chunks;
+  };
+
   // Grows only; older boards are kept, for a delayed thread may still look at one (and find nothing).
   struct Board {
-    explicit Board(std::uint32_t stages) : states(stages), open((stages + 63) / 64) {}
+    Board(std::uint32_t stages, std::uint32_t shares_each)
+        : states(stages), shares(std::size_t{stages} * shares_each), open((stages + 63) / 64) {}
     std::vector<StageState> states;
+    std::vector<ChunkShare> shares;                // [stage][share]
     std::vector<std::atomic<std::uint64_t>> open;  // bit per stage: look here for chunks
   };
 
@@ -117,8 +122,11 @@ class GraphRun final : private TeamHost {
 
   void work(std::uint32_t worker);
   void serve(std::uint32_t worker);
-  std::optional<Work> claim();
-  std::optional<Work> claim_from(Board& board, std::uint32_t stage);
+  std::optional<Work> claim(std::uint32_t worker);
+  std::optional<Work> claim_from(Board& board, std::uint32_t stage, std::uint32_t worker);
+  ChunkShare* shares_of(Board& board, std::uint32_t stage) const {
+    return &board.shares[std::size_t{stage} * shares_];
+  }
   bool has_work() const;
   bool is_over() const { return !running_.load(std::memory_order_seq_cst); }
   void wait_for_work_or_end();
@@ -131,10 +139,13 @@ class GraphRun final : private TeamHost {
   std::optional<Work> finish_chunks(std::uint32_t stage, std::uint32_t count, bool may_keep);
   void finish_stage(std::uint32_t stage, Released& released, bool may_keep);
   void release(std::uint32_t head, Released& released, bool may_keep);
+  std::uint32_t run_alone();
+  void run_stage_alone(std::uint32_t stage);
   void release_roots(Released& released, bool may_keep);
   void open(std::uint32_t stage);
   void end_run();
   std::uint32_t item_count(std::uint32_t stage);
+  std::uint32_t count_chunks(std::uint32_t head);
   std::uint32_t chunk_count(std::uint32_t stage, std::uint32_t items) const;
   StageState& state(std::uint32_t stage) {
     return board_.load(std::memory_order_acquire)->states[stage];
@@ -154,6 +165,7 @@ class GraphRun final : private TeamHost {
   bool interrupted() override { return should_skip(); }
 
   const std::uint32_t workers_;
+  const std::uint32_t shares_;  // of each stage
   const std::int64_t spin_ns_;
   HelperSource* helpers_ = nullptr;
 
@@ -163,6 +175,10 @@ class GraphRun final : private TeamHost {
   std::stop_token stop_;
   const char* name_ = nullptr;
   bool by_stage_ = false;
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::uint32_t first_shared_ = 0;    // the stages before it have run on the caller alone
+  std::uint32_t counted_ = kNone;     // the stage whose chunks run_alone() has counted ahead
+  std::vector<std::uint32_t> roots_;  // scratch of release_roots()
 
   std::mutex failure_mutex_;
   std::exception_ptr failure_;

@@ -22,7 +22,7 @@ int physical_cores(const std::vector<int>& processors, const std::filesystem::pa
 int cgroup_processor_quota(const std::filesystem::path& root = "/");
 
 // Pins the calling thread to one processor for as long as the scope lives, then gives it back the
-// affinity it had. Two system calls to pin, one to restore. Scopes nest.
+// affinity it had: three system calls. A thread that runs there already is left as it is. Scopes nest.
 class PinScope {
  public:
   explicit PinScope(int processor);  // -1: pins nothing

@@ -11,44 +11,11 @@ namespace {
 // Even where the wait policy says to block at once: a phase takes microseconds, a sleep tens of them.
 constexpr std::int64_t kLeastPhaseSpinNs = 20'000;
 
-constexpr std::uint64_t pack(std::uint32_t next, std::uint32_t end) {
-  return std::uint64_t{end} << 32 | next;
-}
-constexpr std::uint32_t next_of(std::uint64_t blocks) { return std::uint32_t(blocks); }
-constexpr std::uint32_t end_of(std::uint64_t blocks) { return std::uint32_t(blocks >> 32); }
-
-bool is_empty(std::uint64_t blocks) { return next_of(blocks) >= end_of(blocks); }
-
-// The owner of a share takes its blocks from the front, others from the back.
-std::optional<std::uint32_t> take_front(std::atomic<std::uint64_t>& share) {
-  std::uint64_t blocks = share.load(std::memory_order_relaxed);
-  while (!is_empty(blocks)) {
-    const std::uint32_t next = next_of(blocks);
-    if (share.compare_exchange_weak(blocks, pack(next + 1, end_of(blocks)),
-                                    std::memory_order_acq_rel, std::memory_order_relaxed)) {
-      return next;
-    }
-  }
-  return std::nullopt;
-}
-
-std::optional<std::uint32_t> take_back(std::atomic<std::uint64_t>& share) {
-  std::uint64_t blocks = share.load(std::memory_order_relaxed);
-  while (!is_empty(blocks)) {
-    const std::uint32_t last = end_of(blocks) - 1;
-    if (share.compare_exchange_weak(blocks, pack(next_of(blocks), last), std::memory_order_acq_rel,
-                                    std::memory_order_relaxed)) {
-      return last;
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 PhaseTeam::PhaseTeam(std::uint32_t workers, std::int64_t spin_ns, TeamHost& host, EventCount& event,
                      Recorder& recorder)
-    : shares_(std::min(workers, kMaxShares)),
+    : shares_(std::min(workers, Share::kMost)),
       spin_ns_(std::max(spin_ns, kLeastPhaseSpinNs)),
       host_(host),
       event_(event),
@@ -143,13 +110,12 @@ void PhaseTeam::open(Slot& slot, std::uint32_t phase, std::uint32_t blocks) {
   // The moment the last share is filled others may finish the phase, and the program.
   const char* const name = slot.owner.name;
   slot.unreported.store(blocks, std::memory_order_relaxed);
-  std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < shares_; ++i) {
-    const auto end = static_cast<std::uint32_t>(std::uint64_t{blocks} * (i + 1) / shares_);
+    const std::uint32_t begin = Share::begin_of(i, shares_, blocks);
+    const std::uint32_t end = Share::begin_of(i + 1, shares_, blocks);
     if (begin == end) continue;
     slot.shares[i].phase = phase;
-    slot.shares[i].blocks.store(pack(begin, end), std::memory_order_release);
-    begin = end;
+    slot.shares[i].blocks.fill(begin, end);
   }
   event_.signal();
   if (blocks > 1) host_.phase_opened(name, blocks);
@@ -203,24 +169,24 @@ void PhaseTeam::wait_for_blocks_or_end(Slot& slot) {
 
 std::optional<PhaseTeam::Claim> PhaseTeam::claim(Slot& slot, std::uint32_t worker) {
   const std::uint32_t own_index = worker % shares_;
-  Share& own = slot.shares[own_index];
-  if (const auto block = take_front(own.blocks)) return Claim{own.phase, *block};
+  PhaseShare& own = slot.shares[own_index];
+  if (const auto block = own.blocks.take_front()) return Claim{own.phase, *block};
   for (std::uint32_t i = 1; i < shares_; ++i) {
-    Share& other = slot.shares[(own_index + i) % shares_];
-    if (const auto block = take_back(other.blocks)) return Claim{other.phase, *block};
+    PhaseShare& other = slot.shares[(own_index + i) % shares_];
+    if (const auto block = other.blocks.take_back()) return Claim{other.phase, *block};
   }
   return std::nullopt;
 }
 
 bool PhaseTeam::has_blocks(const Slot& slot) const {
   for (std::uint32_t i = 0; i < shares_; ++i) {
-    if (!is_empty(slot.shares[i].blocks.load(std::memory_order_relaxed))) return true;
+    if (!slot.shares[i].blocks.is_empty()) return true;
   }
   return false;
 }
 
 void PhaseTeam::fail(Slot& slot, std::uint32_t phase, std::uint32_t block) {
-  const std::uint64_t at = pack(block, phase);
+  const std::uint64_t at = std::uint64_t{phase} << 32 | block;
   const std::lock_guard lock(slot.failure_mutex);
   if (slot.failure && slot.failed_at <= at) return;
   slot.failure = std::current_exception();

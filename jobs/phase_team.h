@@ -4,9 +4,9 @@
 // blocks of the phase at hand; whoever reports the last block of a phase opens the next one. Nobody
 // ever waits for a worker that has not claimed a block.
 //
-// Claims are safe against threads that were delayed anywhere: a share is one atomic word (next, end)
-// in which an open block exists only while its phase is open, and a phase cannot end before its
-// claimed blocks are reported. So everything else (which program, which phase) is read after the
+// Claims are safe against threads that were delayed anywhere: a share is one atomic word in which an
+// open block exists only while its phase is open, and a phase cannot end before its claimed blocks
+// are reported. So everything else (which program, which phase) is read after the
 // claim, and no epoch is needed.
 #pragma once
 
@@ -20,6 +20,7 @@
 
 #include "jobs/event_count.h"
 #include "jobs/recorder.h"
+#include "jobs/share.h"
 
 namespace skerry::jobs {
 
@@ -59,14 +60,13 @@ class PhaseTeam {
   bool has_blocks() const;
 
  private:
-  static constexpr std::uint32_t kSlots = 8;       // programs at once; any more run alone
-  static constexpr std::uint32_t kMaxShares = 16;  // contiguous parts of a phase
+  static constexpr std::uint32_t kSlots = 8;  // programs at once; any more run alone
 
   // Plain members here and in Slot are written while no block is claimable, and read by whoever
   // holds a claim. What changes from phase to phase sits in the cache line that the claim has
   // fetched anyhow.
-  struct alignas(64) Share {
-    std::atomic<std::uint64_t> blocks{0};  // [next, end) not yet claimed: end << 32 | next
+  struct alignas(64) PhaseShare {
+    Share blocks;
     std::uint32_t phase = 0;
   };
 
@@ -88,7 +88,7 @@ class PhaseTeam {
     std::exception_ptr failure;
     std::uint64_t failed_at = 0;                           // phase << 32 | block
     alignas(64) std::atomic<std::uint32_t> unreported{0};  // blocks of the phase at hand
-    std::array<Share, kMaxShares> shares;
+    std::array<PhaseShare, Share::kMost> shares;
   };
 
   std::optional<std::uint32_t> take_slot();

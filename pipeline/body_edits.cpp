@@ -7,6 +7,7 @@
 #include "collision/height_field.h"
 #include "collision/time_of_impact.h"
 #include "core/mass_properties.h"
+#include "core/rounding.h"
 #include "core/trig.h"
 #include "pipeline/edge_checks.h"
 #include "pipeline/joint_edits.h"
@@ -33,7 +34,7 @@ struct BuiltShape {
 };
 
 core::V3f floats(double x, double y, double z) {
-  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+  return {core::rounded_to_float(x), core::rounded_to_float(y), core::rounded_to_float(z)};
 }
 
 MassProperties hull_mass(const core::HullGeometry& hull, double density) {
@@ -166,9 +167,9 @@ BuiltShape build_shape(WorldData& world, const BodyDesc& body, std::size_t index
   c.shape_in_body = static_cast<std::uint32_t>(index);
   const Material material =
       options.material.value_or(Material{body.friction, body.restitution, body.rolling_resistance});
-  c.friction = static_cast<float>(material.friction);
-  c.restitution = static_cast<float>(material.restitution);
-  c.rolling_resistance = static_cast<float>(material.rolling_resistance);
+  c.friction = core::rounded_to_float(material.friction);
+  c.restitution = core::rounded_to_float(material.restitution);
+  c.rolling_resistance = core::rounded_to_float(material.rolling_resistance);
   return built;
 }
 
@@ -233,13 +234,14 @@ void set_inner_radius(core::BodyMass& row, const BodyDesc& body,
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const Collider& c = shapes[i].collider;
     if (c.sensor || c.type == ShapeType::plane) continue;
-    const auto inner = static_cast<float>(collision::inner_radius(c));
+    const auto inner = core::rounded_to_float(collision::inner_radius(c));
     row.inner_radius = row.inner_radius > 0 ? std::min(row.inner_radius, inner) : inner;
     const double offset = (body.shapes[i].options.local_pose.position - row.local_center).norm();
     const double turning = c.type == ShapeType::sphere    ? 0
                            : c.type == ShapeType::capsule ? double(c.size.y)
                                                           : shapes[i].radius;
-    row.turn_radius = std::max(row.turn_radius, static_cast<float>(1.000001 * (offset + turning)));
+    row.turn_radius =
+        std::max(row.turn_radius, core::rounded_to_float(1.000001 * (offset + turning)));
   }
 }
 

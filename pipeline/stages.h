@@ -29,6 +29,7 @@ enum class Data : std::uint64_t {
   events = 1u << 15,
   snapshot = 1u << 16,
   sweeps = 1u << 17,  // fast bodies, what they meet and when
+  flags = 1u << 18,   // marks of bodies: awake, changed, forced, fast, set aside
 };
 
 // How a stage's work splits.

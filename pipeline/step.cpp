@@ -86,8 +86,9 @@ Split split(Per per) {
 jobs::TaskGraph describe_step() {
   using enum Data;
   jobs::TaskGraph graph;
-  graph.partition(static_cast<jobs::Domain>(Per::island_group),
-                  bits({poses, velocities, forces, contacts, joints, islands, transforms, sweeps}));
+  graph.partition(
+      static_cast<jobs::Domain>(Per::island_group),
+      bits({poses, velocities, flags, forces, contacts, joints, islands, transforms, sweeps}));
   const auto stage = [&graph](const char* name, Per per, jobs::Kernel kernel,
                               std::initializer_list<Data> reads,
                               std::initializer_list<Data> writes) {
@@ -98,21 +99,21 @@ jobs::TaskGraph describe_step() {
 
   // clang-format off
   //    name                once per             kernel                              reads                                          writes
-  stage("apply_commands",   Per::step,           own<apply_commands>,                {inbox},                                       {poses, velocities, forces, masses, shapes, bounds, tree, pairs, contacts, joints, awake_set, transforms});
-  stage("update_bounds",    Per::body,           room<collision::update_bounds>,     {poses, velocities, shapes, awake_set},        {bounds});
+  stage("apply_commands",   Per::step,           own<apply_commands>,                {inbox},                                       {poses, velocities, flags, forces, masses, shapes, bounds, tree, pairs, contacts, joints, awake_set, transforms});
+  stage("update_bounds",    Per::body,           room<collision::update_bounds>,     {poses, velocities, flags, shapes, awake_set}, {bounds});
   stage("refit_broadphase", Per::step,           room<collision::refit_broadphase>,  {bounds, shapes},                              {tree});
-  stage("query_pairs",      Per::moved_collider, room<collision::query_pairs>,       {bounds, tree, shapes, joints},                {candidates});
-  stage("merge_pairs",      Per::step,           room<collision::merge_pairs>,       {bounds, candidates, awake_set, shapes},       {pairs, contacts});
-  stage("narrowphase",      Per::pair,           room<collision::collide_pairs>,     {pairs, poses, velocities, shapes},            {contacts});
-  stage("build_islands",    Per::step,           room<solver::build_islands>,        {contacts, pairs, joints},                     {islands, awake_set});
-  stage("solve_islands",    Per::island_group,   room<solver::solve_islands>,        {islands, masses, shapes, pairs, forces},      {poses, velocities, contacts, joints, sweeps});
-  stage("finalise_bodies",  Per::island_group,   room<solver::finalise_bodies>,      {poses, velocities},                           {forces, islands});
-  stage("write_transforms", Per::island_group,   own<write_transforms>,              {poses, masses, islands},                      {transforms});
-  stage("find_fast",        Per::step,           room<collision::find_fast>,         {poses, velocities, pairs, shapes, bounds, tree, awake_set, joints}, {sweeps});
-  stage("sweep_fast",       Per::fast_pair,      room<collision::sweep_fast>,        {poses, velocities, shapes},                   {sweeps});
-  stage("stop_fast",        Per::step,           own<stop_fast>,                     {sweeps, shapes, masses, awake_set},           {poses, velocities, transforms});
-  stage("sleep",            Per::step,           room<solver::update_sleep>,         {islands},                                     {awake_set, velocities});
-  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, poses, masses, shapes, islands}, {events, snapshot, pairs, joints, awake_set, velocities});
+  stage("query_pairs",      Per::moved_collider, room<collision::query_pairs>,       {bounds, tree, flags, shapes, joints},         {candidates});
+  stage("merge_pairs",      Per::step,           room<collision::merge_pairs>,       {bounds, candidates, flags, awake_set, shapes}, {pairs, contacts});
+  stage("narrowphase",      Per::pair,           room<collision::collide_pairs>,     {pairs, poses, velocities, flags, shapes},     {contacts});
+  stage("build_islands",    Per::step,           room<solver::build_islands>,        {contacts, pairs, joints},                     {islands, awake_set, flags});
+  stage("solve_islands",    Per::island_group,   room<solver::solve_islands>,        {islands, masses, shapes, pairs, forces},      {poses, velocities, flags, contacts, joints, sweeps});
+  stage("finalise_bodies",  Per::island_group,   room<solver::finalise_bodies>,      {poses, velocities},                           {flags, forces, islands});
+  stage("write_transforms", Per::island_group,   own<write_transforms>,              {poses, masses, flags, islands},               {transforms});
+  stage("find_fast",        Per::step,           room<collision::find_fast>,         {poses, velocities, flags, pairs, shapes, bounds, tree, awake_set, joints}, {sweeps});
+  stage("sweep_fast",       Per::fast_pair,      room<collision::sweep_fast>,        {poses, velocities, flags, shapes},            {sweeps});
+  stage("stop_fast",        Per::step,           own<stop_fast>,                     {sweeps, shapes, masses, awake_set},           {poses, velocities, flags, transforms});
+  stage("sleep",            Per::step,           room<solver::update_sleep>,         {islands},                                     {awake_set, velocities, flags});
+  stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, poses, masses, shapes, islands}, {events, snapshot, pairs, joints, awake_set, velocities, flags});
   // clang-format on
   return graph;
 }

@@ -25,13 +25,18 @@ struct World::Impl : pipeline::WorldData {
   explicit Impl(const WorldSettings& world_settings);
   ~Impl();
 
+  // A step in one go, or as begin, the caller's own work, end.
+  void make_step(double dt);
   void begin(double dt);
   void end();
-  void make_step(double dt);
 
   // For the modes that have one.
   std::unique_ptr<pipeline::SimulationThread> thread;
   double thread_dt = 0;  // s, of the steps the thread makes
+
+ private:
+  void prepare(double dt);
+  void conclude();
 };
 
 namespace {
@@ -87,8 +92,11 @@ void fill_counts(const pipeline::WorldData& world, StepReport& report) {
 World::Impl::Impl(const WorldSettings& world_settings) : WorldData(checked(world_settings)) {
   if (!pipeline::has_simulation_thread(settings.mode)) return;
   thread_dt = 1 / settings.rate_hz;
-  thread = std::make_unique<pipeline::SimulationThread>(settings.rate_hz, settings.block_policy,
-                                                        [this] { make_step(thread_dt); });
+  thread =
+      std::make_unique<pipeline::SimulationThread>(settings.rate_hz, settings.block_policy, [this] {
+        make_step(thread_dt);
+        callback_errors.rethrow();
+      });
 }
 
 World::Impl::~Impl() {
@@ -101,11 +109,20 @@ World::Impl::~Impl() {
   }
 }
 
+// A run in one go: nobody is invited before there is work for two.
+void World::Impl::make_step(double dt) {
+  prepare(dt);
+  try {
+    executor->run(graph, static_cast<pipeline::WorldData*>(this), {.stop = {}, .report = &run});
+  } catch (...) {
+    queries.end_step(false);
+    throw;
+  }
+  conclude();
+}
+
 void World::Impl::begin(double dt) {
-  report.warnings.clear();
-  context.dt = dt;
-  context.time = time;
-  queries.begin_step(*this);
+  prepare(dt);
   in_flight = true;
   executor->begin(graph, static_cast<pipeline::WorldData*>(this), {.stop = {}, .report = &run});
 }
@@ -118,6 +135,17 @@ void World::Impl::end() {
     queries.end_step(false);
     throw;
   }
+  conclude();
+}
+
+void World::Impl::prepare(double dt) {
+  report.warnings.clear();
+  context.dt = dt;
+  context.time = time;
+  queries.begin_step(*this);
+}
+
+void World::Impl::conclude() {
   ++step_count;
   time += context.dt;
   report.step = step_count;
@@ -127,12 +155,6 @@ void World::Impl::end() {
   fill_counts(*this, report);
   queries.end_step(true);
   if (settings.after_step) settings.after_step(report, run.tasks);
-}
-
-void World::Impl::make_step(double dt) {
-  begin(dt);
-  end();
-  callback_errors.rethrow();
 }
 
 World::World(const WorldSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
@@ -327,8 +349,18 @@ void World::remove_force_field(ForceFieldId field) {
 // -- Stepping ---------------------------------------------------------------------------------------
 
 StepReport World::step(double dt) {
-  PendingStep pending = begin_step(dt);
-  return end_step(pending);
+  require_idle(*impl_, "step");
+  pipeline::check_time_step(dt);
+  impl_->activity = Activity::stepping;
+  try {
+    impl_->make_step(dt);
+  } catch (...) {
+    impl_->activity = Activity::idle;
+    throw;
+  }
+  impl_->activity = Activity::idle;
+  impl_->callback_errors.rethrow();
+  return impl_->report;
 }
 
 PendingStep World::begin_step(double dt) {

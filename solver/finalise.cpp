@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/assert.h"
+#include "core/rounding.h"
 #include "solver/forces.h"
 
 namespace skerry::solver {
@@ -37,11 +38,12 @@ bool is_pushed(const StepContext& step, BodyIndex body) {
 float still_time_after(const StepContext& step, BodyIndex body, bool free) {
   const Bodies& bodies = *step.bodies;
   // A body set aside does not keep its neighbours awake.
-  if (bodies.flags[body] & core::kQuarantined) return static_cast<float>(step.settings->sleep.time);
+  if (bodies.flags[body] & core::kQuarantined)
+    return core::rounded_to_float(step.settings->sleep.time);
   if (!(bodies.flags[body] & core::kAllowSleep)) return 0;
   if (!is_slow(bodies.motion[body], step.settings->sleep)) return 0;
   if (free && is_pushed(step, body)) return 0;
-  return bodies.still_time[body] + static_cast<float>(step.dt);
+  return bodies.still_time[body] + core::rounded_to_float(step.dt);
 }
 
 void finalise_body(const StepContext& step, BodyIndex body, bool free) {
@@ -147,7 +149,7 @@ void update_sleep(const StepContext& step, core::IndexRange, core::Task&) {
   retire_quarantined(step);
   const SleepSettings& sleep = step.settings->sleep;
   if (!sleep.enabled) return;
-  const float enough = static_cast<float>(sleep.time);
+  const float enough = core::rounded_to_float(sleep.time);
   for (const Island& island : step.islands->islands)
     if (island.still_time >= enough && !meets_moving_kinematic(step, island))
       put_to_sleep(bodies, *step.sleepers, members(*step.islands, island));

@@ -5,6 +5,7 @@
 
 #include "core/assert.h"
 #include "core/growth.h"
+#include "core/rounding.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
@@ -56,7 +57,8 @@ Softness soft(double hertz, double damping_ratio, double h) {
   const double a1 = 2 * damping_ratio + h * omega;
   const double a2 = h * omega * a1;
   const double a3 = 1 / (1 + a2);
-  return {static_cast<float>(omega / a1), static_cast<float>(a2 * a3), static_cast<float>(a3)};
+  return {core::rounded_to_float(omega / a1), core::rounded_to_float(a2 * a3),
+          core::rounded_to_float(a3)};
 }
 
 // Contacts and bodies ahead of the present one whose rows are asked for.
@@ -272,14 +274,14 @@ void GroupSolver::set_constants() {
   pass_.base = base_.data();
   pass_.spin = spin_.data();
   pass_.dynamic_end = 1 + body_count_;
-  pass_.substep = static_cast<float>(h);
-  pass_.inv_substep = static_cast<float>(1 / h);
-  pass_.max_push = static_cast<float>(settings.max_push_velocity);
-  pass_.restitution_threshold = static_cast<float>(settings.restitution_threshold);
+  pass_.substep = core::rounded_to_float(h);
+  pass_.inv_substep = core::rounded_to_float(1 / h);
+  pass_.max_push = core::rounded_to_float(settings.max_push_velocity);
+  pass_.restitution_threshold = core::rounded_to_float(settings.restitution_threshold);
   const double hertz = std::min(settings.contact_hertz, kStiffest / h);
-  pass_.soft_load = static_cast<float>(kSoftLoad * h);
+  pass_.soft_load = core::rounded_to_float(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
-  carry_part_ = static_cast<float>(std::min(1.0, step_->dt / kCarryTime));
+  carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
 }
@@ -518,7 +520,7 @@ void GroupSolver::gather_kinematic(std::uint32_t row) {
 float GroupSolver::damping_factor(double damping) const {
   if (damping == 0) return 1;
   const double h = step_->dt / step_->settings->solver.substeps;
-  return static_cast<float>(1 / (1 + h * damping));
+  return core::rounded_to_float(1 / (1 + h * damping));
 }
 
 void GroupSolver::gather_body(std::uint32_t row) {
@@ -538,24 +540,24 @@ void GroupSolver::gather_body(std::uint32_t row) {
   const bool isotropic = (flags & kIsotropic) != 0;
   const bool round = isotropic && !(flags & kLockMask);
   MassRow& m = mass_[row];
-  m.inv_mass = static_cast<float>(mass.inv_mass);
+  m.inv_mass = core::rounded_to_float(mass.inv_mass);
   m.lock_flags = flags & kLockMask;
   SpinRow& spin = spin_[row];
   Vec3 angular_acceleration;
   if (round) {
-    const auto inverse = static_cast<float>(mass.inv_inertia_b(0, 0));
+    const auto inverse = core::rounded_to_float(mass.inv_inertia_b(0, 0));
     m.inv_inertia = {inverse, 0, 0, inverse, 0, inverse};
     std::fill_n(spin.inertia, 6, 0.0f);
     angular_acceleration = force.torque * mass.inv_inertia_b(0, 0);
   } else {
     const Mat3 inverse = inv_inertia_w(mass, pose.orientation, flags);
-    m.inv_inertia = {static_cast<float>(inverse(0, 0)), static_cast<float>(inverse(0, 1)),
-                     static_cast<float>(inverse(0, 2)), static_cast<float>(inverse(1, 1)),
-                     static_cast<float>(inverse(1, 2)), static_cast<float>(inverse(2, 2))};
+    m.inv_inertia = {core::rounded_to_float(inverse(0, 0)), core::rounded_to_float(inverse(0, 1)),
+                     core::rounded_to_float(inverse(0, 2)), core::rounded_to_float(inverse(1, 1)),
+                     core::rounded_to_float(inverse(1, 2)), core::rounded_to_float(inverse(2, 2))};
     const Mat3 inertia = inertia_w(mass, pose.orientation);
     const double six[6] = {inertia(0, 0), inertia(0, 1), inertia(0, 2),
                            inertia(1, 1), inertia(1, 2), inertia(2, 2)};
-    for (int k = 0; k < 6; ++k) spin.inertia[k] = static_cast<float>(six[k]);
+    for (int k = 0; k < 6; ++k) spin.inertia[k] = core::rounded_to_float(six[k]);
     angular_acceleration = inverse * force.torque;
   }
   spin.angular_acceleration = to_float(angular_acceleration);
@@ -569,14 +571,14 @@ void GroupSolver::gather_body(std::uint32_t row) {
   Outlook& outlook = outlook_[row];
   outlook.linear = motion.linear + acceleration * step_->dt;
   outlook.angular_momentum = motion.angular_momentum + force.torque * step_->dt;
-  outlook.smooth_change = static_cast<float>(2 * step_->dt * acceleration.norm());
+  outlook.smooth_change = core::rounded_to_float(2 * step_->dt * acceleration.norm());
   outlook.from_rows = mass.linear_damping > 0 || mass.angular_damping > 0;
   if (!joints_.empty() && joints_.bodies.owns(row)) {
     joints_.bodies.gather(*step_, row, index, force);
     const Sym3d& inverse = joints_.bodies.at(row).inv_inertia;
-    m.inv_inertia = {static_cast<float>(inverse.xx), static_cast<float>(inverse.xy),
-                     static_cast<float>(inverse.xz), static_cast<float>(inverse.yy),
-                     static_cast<float>(inverse.yz), static_cast<float>(inverse.zz)};
+    m.inv_inertia = {core::rounded_to_float(inverse.xx), core::rounded_to_float(inverse.xy),
+                     core::rounded_to_float(inverse.xz), core::rounded_to_float(inverse.yy),
+                     core::rounded_to_float(inverse.yz), core::rounded_to_float(inverse.zz)};
   }
 }
 
@@ -606,7 +608,7 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   input.row_a[lane] = padding ? 0 : row_a_[index];
   input.row_b[lane] = padding ? 0 : row_b_[index];
   for (int k = 0; k < 3; ++k) {
-    input.offset[k][lane] = padding ? 0.0f : static_cast<float>(contacts_[index].offset[k]);
+    input.offset[k][lane] = padding ? 0.0f : core::rounded_to_float(contacts_[index].offset[k]);
   }
   input.carried[lane] = manifold.carried_impulse;
 }

@@ -1,4 +1,5 @@
 #include "solver/joint_bodies.h"
+#include "core/rounding.h"
 
 #include <algorithm>
 
@@ -7,7 +8,7 @@ namespace {
 
 Sym3d symmetric(const Mat3& m) { return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)}; }
 core::V3f to_float(const V3d& v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+  return {core::rounded_to_float(v.x), core::rounded_to_float(v.y), core::rounded_to_float(v.z)};
 }
 // What a float row gained since it was written; exactly zero if nothing.
 V3d gain(const core::V3f& now, const core::V3f& was) {
@@ -112,8 +113,7 @@ void JointBodies::absorb(std::uint32_t row) {
 }
 
 void JointBodies::publish(std::uint32_t row) {
-  // The copy is what absorb() compares with: gcc 12 drops the rounding of a double that is rounded to
-  // float and back where it vectorises (-O3, -ftree-slp-vectorize).
+  // The copy is what absorb() compares with.
   published_[row] = {to_float(bodies_[row].linear), 0, to_float(bodies_[row].angular), 0};
   velocity_[row] = published_[row];
 }
@@ -199,8 +199,8 @@ void JointBodies::drift(std::uint32_t begin, std::uint32_t end, double h) {
     turn(body, move, h);
     delta_[row].translation = to_float(body.pose.center - move.start.center);
     const Q4d turn = body.pose.orientation * conjugate(move.start.orientation);
-    delta_[row].rotation = {static_cast<float>(turn.x), static_cast<float>(turn.y),
-                            static_cast<float>(turn.z), static_cast<float>(turn.w)};
+    delta_[row].rotation = {core::rounded_to_float(turn.x), core::rounded_to_float(turn.y),
+                            core::rounded_to_float(turn.z), core::rounded_to_float(turn.w)};
     publish(row);
   }
 }

@@ -12,6 +12,7 @@
 
 #include "apps/measure/verdict.h"
 #include "apps/report/report.h"
+#include "apps/report/trace_events.h"
 
 namespace skerry::report {
 namespace {
@@ -298,37 +299,21 @@ Json to_json(const measure::SceneComparison& comparison) {
 }
 
 Json to_trace(const Json& timeline, const std::string& scene) {
-  Json events = Json::array();
-  const auto& tracks = timeline.at("tracks");
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    events.push_back({{"name", "thread_name"},
-                      {"ph", "M"},
-                      {"pid", 1},
-                      {"tid", i},
-                      {"args", {{"name", tracks[i]}}}});
-  }
-  double first_us = 0;  // tasks of the step before reach into a frame
+  const auto ns = [](const Json& us) { return std::int64_t{std::llround(1e3 * us.get<double>())}; };
+  TraceEvents events;
+  std::uint32_t track = 0;
+  for (const Json& name : timeline.at("tracks")) events.name_track(track++, name);
+  std::int64_t first_ns = 0;  // tasks of the step before reach into a frame
+  for (const Json& span : timeline.at("spans")) first_ns = std::min(first_ns, ns(span[3]));
   for (const Json& span : timeline.at("spans")) {
-    first_us = std::min(first_us, span[3].get<double>());
+    const bool has_items = span[6].get<std::uint32_t>() > 0;
+    Json args = has_items ? Json{{"first_item", span[5]}, {"item_count", span[6]}} : Json(nullptr);
+    events.add(span[2], span[1], span[0], ns(span[3]) - first_ns, ns(span[4]) - first_ns,
+               std::move(args));
   }
-  for (const Json& span : timeline.at("spans")) {
-    Json event = {{"name", span[2]},
-                  {"cat", span[1]},
-                  {"ph", "X"},
-                  {"pid", 1},
-                  {"tid", span[0]},
-                  {"ts", span[3].get<double>() - first_us},
-                  {"dur", span[4].get<double>() - span[3].get<double>()}};
-    event["args"] = {{"first_item", span[5]}, {"item_count", span[6]}};
-    events.push_back(std::move(event));
-  }
-  events.push_back(
-      {{"name", "frame due"}, {"ph", "i"}, {"s", "g"}, {"pid", 1}, {"tid", 0}, {"ts", -first_us}});
-  return {
-      {"traceEvents", std::move(events)},
-      {"displayTimeUnit", "ms"},
-      {"otherData",
-       {{"scene", scene}, {"mode", timeline.at("label")}, {"host_ms", timeline.at("host_ms")}}}};
+  events.mark("frame due", -first_ns);
+  return events.take(
+      {{"scene", scene}, {"mode", timeline.at("label")}, {"host_ms", timeline.at("host_ms")}});
 }
 
 }  // namespace skerry::report

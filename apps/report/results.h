@@ -8,10 +8,9 @@
 #include "apps/measure/compare.h"
 #include "apps/measure/machine.h"
 #include "apps/measure/scheduling_cost.h"
+#include "apps/report/trace_events.h"
 
 namespace skerry::report {
-
-using Json = nlohmann::ordered_json;
 
 inline constexpr int kResultsVersion = 2;
 

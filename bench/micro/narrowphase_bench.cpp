@@ -189,7 +189,7 @@ void build(PairWorld& world, Kind kind, int count) {
     const core::BodyIndex a =
         world.add(first_type(kind), at,
                   a_is_hull ? level(*world.hull, Vec3::UnitY()) : Quat(Quat::Identity()));
-    const Vec3 above(world.uniform(0.1), touching_height(kind) - 0.001, world.uniform(0.1));
+    const Vec3 above{world.uniform(0.1), touching_height(kind) - 0.001, world.uniform(0.1)};
     const core::BodyIndex b =
         world.add(second_type(kind), at + above,
                   b_is_hull ? Quat(yaw * level(*world.hull, -Vec3::UnitY())) : yaw);

@@ -40,7 +40,7 @@ RayScene make_scene(Random& random) {
   scene.ground = std::make_shared<MeshData>(scenes::wavy_ground(kCells, kWidth, 1.0, 0.0));
   for (int i = 0; i < kBoxes; ++i) {
     const Vec3 at = random.vector();
-    const Quat turn = Quat(1.2, random(), random(), random()).normalized();
+    const Quat turn = Quat{1.2, random(), random(), random()}.normalized();
     scene.boxes.push_back({{at.x() * 55, 12 + 10 * at.y(), at.z() * 55}, turn});
   }
   return scene;

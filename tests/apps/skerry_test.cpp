@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "tests/apps/program.h"
@@ -209,12 +210,15 @@ TEST(SkerryRun, trace_holds_the_tasks_of_the_timed_steps) {
   const json trace = json::parse(read_file(file));
   std::set<int> steps;
   bool narrowphase = false;
+  std::map<int, double> end_us;  // [track] of the event before
   for (const json& event : trace.at("traceEvents")) {
     if (event.at("ph") != "X") continue;
-    steps.insert(event.at("args").at("step").get<int>());
+    if (event.at("cat") == "task") steps.insert(event.at("args").at("step").get<int>());
     narrowphase = narrowphase || event.at("name") == "narrowphase";
-    EXPECT_GE(event.at("ts").get<double>(), 0);
-    EXPECT_GE(event.at("dur").get<double>(), 0);
+    const double begin_us = event.at("ts"), duration_us = event.at("dur");
+    EXPECT_GE(begin_us, end_us[event.at("tid")]);
+    EXPECT_GE(duration_us, 0);
+    end_us[event.at("tid")] = begin_us + duration_us;
   }
   EXPECT_EQ(steps, (std::set<int>{3, 4, 5}));
   EXPECT_TRUE(narrowphase);

@@ -78,7 +78,7 @@ std::vector<Case> solids() {
 
 Quat random_rotation(std::mt19937& random) {
   std::normal_distribution<double> normal;
-  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return Quat{normal(random), normal(random), normal(random), normal(random)}.normalized();
 }
 
 // Support along +-axis from the shape's own support function, in double.
@@ -117,8 +117,7 @@ TEST(TightBounds, touch_the_support_points_of_every_shape_from_outside) {
       // Rows 0: axis-aligned; then any pose, every other one 1000 km away.
       const double far = i % 2 ? 1e6 : 0;
       const Quat turn = i == 0 ? Quat(1, 0, 0, 0) : random_rotation(random);
-      expect_tight(item,
-                   {Vec3(far + uniform(random), uniform(random) - far, uniform(random)), turn});
+      expect_tight(item, {{far + uniform(random), uniform(random) - far, uniform(random)}, turn});
     }
 }
 
@@ -132,7 +131,7 @@ TEST(TightBounds, hold_random_points_of_the_surface) {
       for (int k = 0; k < 100; ++k) {
         const Vec3 point =
             pose.center +
-            pose.orientation * item.support(Vec3(normal(random), normal(random), normal(random)));
+            pose.orientation * item.support(Vec3{normal(random), normal(random), normal(random)});
         for (int axis = 0; axis < 3; ++axis) {
           EXPECT_LE(double(box.min[axis]), point[axis]);
           EXPECT_GE(double(box.max[axis]), point[axis]);

@@ -267,7 +267,7 @@ class Script {
   Vec3 somewhere() { return {uniform(-6, 6), uniform(-4, 4), uniform(-6, 6)}; }
   Quat turned() {
     std::normal_distribution<double> normal;
-    return Quat(normal(random_), normal(random_), normal(random_), normal(random_)).normalized();
+    return Quat{normal(random_), normal(random_), normal(random_), normal(random_)}.normalized();
   }
   std::vector<BodyIndex> alive() const {
     std::vector<BodyIndex> rows;
@@ -281,8 +281,10 @@ class Script {
   }
 
   Collider random_collider() {
-    Collider collider = box_collider(float(uniform(0.05, 0.8)), float(uniform(0.05, 0.8)),
-                                     float(uniform(0.05, 0.8)));
+    Collider collider;
+    collider.type = ShapeType::box;
+    collider.size = {float(uniform(0.05, 0.8)), float(uniform(0.05, 0.8)),
+                     float(uniform(0.05, 0.8))};
     const auto pick = random_() % 20;
     if (pick < 6) collider.type = ShapeType::sphere;
     if (pick == 6) collider.type = ShapeType::cone;
@@ -303,8 +305,8 @@ class Script {
     const std::uint32_t type = pick < 6 ? core::kDynamic : pick < 8 ? core::kKinematic : 0u;
     const BodyIndex body = scene_.add_body(type, somewhere());
     if (type) {
-      scene_.bodies.motion[body].linear = Vec3(uniform(-3, 3), uniform(-3, 3), uniform(-3, 3));
-      scene_.bodies.motion[body].angular = Vec3(uniform(-3, 3), uniform(-3, 3), uniform(-3, 3));
+      scene_.bodies.motion[body].linear = {uniform(-3, 3), uniform(-3, 3), uniform(-3, 3)};
+      scene_.bodies.motion[body].angular = {uniform(-3, 3), uniform(-3, 3), uniform(-3, 3)};
       if (random_() % 10 == 0) scene_.bodies.motion[body].linear *= 20;
       if (random_() % 10 == 0) scene_.bodies.motion[body].angular *= 20;
     }

@@ -86,7 +86,7 @@ Points dodecahedron() {
 
 Quat random_rotation(std::mt19937& random) {
   std::normal_distribution<double> normal;
-  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return Quat{normal(random), normal(random), normal(random), normal(random)}.normalized();
 }
 
 void turn_and_move(Points& points, std::mt19937& random) {
@@ -152,8 +152,8 @@ TEST(Hull, a_thousand_random_hulls_are_sound) {
     const double stretch = i % 3 == 0 ? 0.05 : 1, scale = std::pow(10.0, uniform(random) * 3);
     Points points;
     for (int k = 0; k < count; ++k) {
-      Vec3 p(uniform(random), uniform(random), uniform(random));
-      if (i % 4 == 1) p = Vec3(normal(random), normal(random), normal(random)).normalized();
+      Vec3 p{uniform(random), uniform(random), uniform(random)};
+      if (i % 4 == 1) p = Vec3{normal(random), normal(random), normal(random)}.normalized();
       if (i % 4 == 2) p = (p * 3).array().round() / 3;  // many coplanar and equal points
       points.push_back(Vec3(p.x(), p.y() * stretch, p.z()) * scale);
     }
@@ -174,7 +174,7 @@ TEST(Hull, noise_on_a_cube_as_large_as_float_rounding_still_gives_six_faces) {
     for (int x = -2; x <= 2; ++x)
       for (int y = -2; y <= 2; ++y)
         for (int z = -2; z <= 2; ++z)
-          points.push_back(Vec3(x, y, z) / 4 + Vec3(noise(random), noise(random), noise(random)));
+          points.push_back(Vec3(x, y, z) / 4 + Vec3{noise(random), noise(random), noise(random)});
     const auto hull = build_hull(points);
     expect_sound(*hull, points, 1e-5);
     EXPECT_EQ(hull->faces.size(), 6u);
@@ -187,7 +187,7 @@ TEST(Hull, ten_thousand_points_on_a_sphere) {
   std::normal_distribution<double> normal;
   Points points;
   for (int i = 0; i < 10000; ++i)
-    points.push_back(Vec3(normal(random), normal(random), normal(random)).normalized());
+    points.push_back(Vec3{normal(random), normal(random), normal(random)}.normalized());
   const auto triangles = quickhull(points);
   EXPECT_EQ(triangles.size(), 2 * points.size() - 4);
 }

@@ -6,6 +6,7 @@
 #include "core/vec.h"
 #include "tests/collision/narrowphase_fixture.h"
 #include "tests/collision/narrowphase_oracle.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::test {
 namespace {
@@ -22,7 +23,10 @@ ShapeGeometry random_shape(const std::string& name, Random& random) {
     return Ellipsoid{.semi_axes = {radius(random), radius(random), radius(random)}};
   ConvexHull hull;
   const int count = static_cast<int>(random.uniform(6, 20));
-  for (int i = 0; i < count; ++i) hull.points.push_back(radius(random) * random.unit());
+  for (int i = 0; i < count; ++i) {
+    const double length = radius(random);
+    hull.points.push_back(length * random.unit());
+  }
   // The origin well inside.
   for (int i = 0; i < 3; ++i)
     for (const double sign : {-0.3, 0.3}) hull.points.push_back(sign * Vec3::Unit(i));
@@ -42,7 +46,7 @@ using Names = std::pair<const char*, const char*>;
 class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
  protected:
   void place(Random& random, int i) {
-    pose_a_ = at(random.in_box(2), random.rotation());
+    pose_a_ = random.pose(2);
     pose_b_ = at(pose_a_.position, pose_a_.orientation * random.resting_rotation());
     const Vec3 n = i % 2 == 0 ? Vec3(pose_a_.orientation * Vec3::Unit(i / 2 % 3)) : random.unit();
     constexpr double kGaps[] = {0.003, 0, -0.002, -0.03, -0.2};
@@ -63,8 +67,8 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
 TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
   Random random(7);
   int contacts = 0, overlaps = 0;
-  constexpr int kShapes = 20, kPoses = 100;
-  for (int shape = 0; shape < kShapes; ++shape) {
+  const int shapes = rounds(20), poses = 100;
+  for (int shape = 0; shape < shapes; ++shape) {
     a_ = random_shape(GetParam().first, random);
     b_ = random_shape(GetParam().second, random);
     scene_ = PairScene();
@@ -72,7 +76,7 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     scene_.add(b_, {});
     scene_.pair(0, 1);
     const double least = std::min(size(a_), size(b_));
-    for (int i = 0; i < kPoses; ++i) {
+    for (int i = 0; i < poses; ++i) {
       SCOPED_TRACE("shapes " + std::to_string(shape) + " pose " + std::to_string(i));
       place(random, i);
       collide();
@@ -96,7 +100,7 @@ TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
     }
   }
   EXPECT_GT(contacts, overlaps * 0.95);
-  EXPECT_GT(overlaps, kShapes * kPoses / 7);
+  EXPECT_GT(overlaps, shapes * poses / 7);
 }
 
 TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {

@@ -143,11 +143,16 @@ Vec3 Random::unit() {
   return v.normalized();
 }
 Quat Random::rotation() {
-  Eigen::Vector4d q(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+  Eigen::Vector4d q{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
   while (q.norm() > 1 || q.norm() < 1e-2)
-    q = Eigen::Vector4d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    q = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
   q.normalize();
   return Quat(q[3], q[0], q[1], q[2]);
+}
+Pose Random::pose(double half) { return {in_box(half), rotation()}; }
+Quat Random::small_turn(double most) {
+  const double angle = uniform(-most, most);
+  return turned(angle, unit());
 }
 Quat Random::resting_rotation() {
   const double pi = std::numbers::pi;
@@ -156,8 +161,10 @@ Quat Random::resting_rotation() {
       return turned(pi / 2 * static_cast<int>(uniform(0, 4)), {0, 1, 0});
     case 1:
       return turned(uniform(-pi, pi), {0, 1, 0});
-    case 2:
-      return turned(uniform(-0.05, 0.05), unit()) * turned(uniform(-pi, pi), {0, 1, 0});
+    case 2: {
+      const Quat tilt = small_turn(0.05);
+      return tilt * turned(uniform(-pi, pi), {0, 1, 0});
+    }
     default:
       return rotation();
   }

@@ -50,7 +50,8 @@ class PairScene {
   collision::NarrowphaseScratchPtr scratch_;
 };
 
-// Random numbers that are the same everywhere.
+// Random numbers that are the same everywhere. Draw in statements of their own or inside braces:
+// compilers evaluate the arguments of a call, and the operands of most operators, in any order.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -58,6 +59,8 @@ class Random {
   Vec3 in_box(double half);
   Vec3 unit();
   Quat rotation();
+  Pose pose(double half);
+  Quat small_turn(double most);  // radians, about any axis
   // One of the rotations that the relation between resting bodies often is: none, about y by any
   // angle, tilted by a little, any.
   Quat resting_rotation();

@@ -70,21 +70,24 @@ struct Gap {
   double operator()(const Vec3& n) const { return gap_along(a, pose_a, b, pose_b, n); }
 };
 
-// Climbs from a direction by steps that halve whenever none of six neighbours is higher.
+// Climbs from a direction by steps that halve when none of six neighbours is higher in four tries, each
+// turned against the last: along a sharp ridge few directions lead up.
 Sweep climb(const Gap& gap, Sweep from) {
   double step = 0.08;
-  for (int i = 0; i < 300 && step > 2e-6; ++i) {
+  int tries = 0;
+  for (int i = 0; i < 600 && step > 2e-6; ++i) {
     const Vec3 u = from.normal.unitOrthogonal(), v = from.normal.cross(u);
     Sweep best = from;
     for (int k = 0; k < 6; ++k) {
-      const double angle = k * std::numbers::pi / 3;
+      const double angle = (k + 0.25 * tries) * std::numbers::pi / 3;
       const Vec3 n =
           (from.normal + step * (std::cos(angle) * u + std::sin(angle) * v)).normalized();
       if (const double s = gap(n); s > best.separation) best = {s, n};
     }
     if (best.separation > from.separation) {
       from = best;
-    } else {
+    } else if (++tries == 4) {
+      tries = 0;
       step *= 0.5;
     }
   }

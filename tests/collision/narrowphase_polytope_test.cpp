@@ -8,6 +8,7 @@
 #include "collision/polytope_axes.h"
 #include "tests/collision/narrowphase_fixture.h"
 #include "tests/collision/narrowphase_oracle.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::test {
 namespace {
@@ -21,7 +22,10 @@ using core::V3f;
 ConvexHull random_hull(Random& random, int least, int most) {
   ConvexHull hull;
   const int count = static_cast<int>(random.uniform(least, most));
-  for (int i = 0; i < count; ++i) hull.points.push_back(random.uniform(0.3, 0.8) * random.unit());
+  for (int i = 0; i < count; ++i) {
+    const double length = random.uniform(0.3, 0.8);
+    hull.points.push_back(length * random.unit());
+  }
   for (int i = 0; i < 3; ++i)
     for (const double sign : {-0.3, 0.3}) hull.points.push_back(sign * Vec3::Unit(i));
   return hull;
@@ -37,7 +41,8 @@ class RandomQuery {
     query.b = kind % 3 == 0 ? room_.box({0.4f, 0.5f, 0.3f}) : b_->lanes->view;
     const Quat q = kind % 5 == 0 ? Quat(Quat::Identity()) : random.rotation();
     query.rotation = core::to_matrix(core::to_float(q));
-    query.offset = core::to_float(Vec3(random.uniform(0, 1.6) * random.unit()));
+    const double distance = random.uniform(0, 1.6);
+    query.offset = core::to_float(Vec3(distance * random.unit()));
     query.margin = 0.1f;
     query.tolerance = 3e-4f;
   }
@@ -60,7 +65,8 @@ bool same(const AxisAnswer& a, const AxisAnswer& b) {
 TEST(NarrowphasePolytope, every_width_gives_the_bits_of_the_float_reference) {
   Random random(11);
   int edges = 0;
-  for (int i = 0; i < 5000; ++i) {
+  const int pairs = rounds(5000);
+  for (int i = 0; i < pairs; ++i) {
     RandomQuery pair(random, i);
     AxisAnswer reference, wide;
     search_axes_reference(pair.query, reference);
@@ -80,7 +86,7 @@ TEST(NarrowphasePolytope, every_width_gives_the_bits_of_the_float_reference) {
     search_axes(pair.query, wide);
     ASSERT_TRUE(same(reference, wide)) << "dispatched, pair " << i;
   }
-  EXPECT_GT(edges, 1000);
+  EXPECT_GT(edges, pairs / 5);
 }
 
 V3f at_vertex(const collision::PolytopeLanes& shape, std::uint32_t i) {
@@ -130,7 +136,8 @@ double best_of_all_axes(const AxisQuery& query) {
 TEST(NarrowphasePolytope, pruned_search_finds_the_best_of_all_axes) {
   Random random(12);
   int overlaps = 0;
-  for (int i = 0; i < 1500; ++i) {
+  const int pairs = rounds(1500);
+  for (int i = 0; i < pairs; ++i) {
     RandomQuery pair(random, i);
     pair.query.margin = 10;
     const double best = best_of_all_axes(pair.query);
@@ -143,7 +150,7 @@ TEST(NarrowphasePolytope, pruned_search_finds_the_best_of_all_axes) {
     // Edges within the tolerance of a face are not looked for.
     ASSERT_NEAR(double(found), best, double(pair.query.tolerance) + 1e-5) << "pair " << i;
   }
-  EXPECT_GT(overlaps, 500);
+  EXPECT_GT(overlaps, pairs / 3);
 }
 
 // A pair that drifts, with everything remembered, against the same poses with nothing remembered.

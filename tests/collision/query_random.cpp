@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/rounding.h"
+
 namespace skerry::test {
 
 Vec3 QueryRandom::vector(double size) {
@@ -43,12 +45,7 @@ ShapeGeometry random_convex(QueryRandom& random, int kind) {
 
 namespace {
 double wave(double x, double z) { return 0.4 * std::sin(1.3 * x) * std::cos(1.1 * z); }
-
-// Through memory: gcc 12 at -O3 drops a rounding to float and back that it vectorises.
-double rounded(double value) {
-  const volatile float stored = static_cast<float>(value);
-  return double(stored);
-}
+double rounded(double value) { return double(core::rounded_to_float(value)); }
 }  // namespace
 
 std::shared_ptr<MeshData> wavy_mesh(int cells, double size) {

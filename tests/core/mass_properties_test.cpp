@@ -98,7 +98,7 @@ Triangles lathe(const std::vector<std::array<double, 2>>& profile, unsigned segm
 
 Quat random_rotation(std::mt19937& random) {
   std::normal_distribution<double> normal;
-  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return Quat{normal(random), normal(random), normal(random), normal(random)}.normalized();
 }
 
 TEST(MassProperties, box_matches_a_grid_and_its_closed_form) {

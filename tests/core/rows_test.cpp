@@ -19,7 +19,7 @@ namespace {
 
 Quat random_rotation(std::mt19937& random) {
   std::normal_distribution<double> normal;
-  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return Quat{normal(random), normal(random), normal(random), normal(random)}.normalized();
 }
 
 BodyIndex add_box(Bodies& bodies, const Vec3& half) {

@@ -7,6 +7,7 @@
 
 #include "tests/support/bodies.h"
 #include "tests/support/every_mode.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::test {
 namespace {
@@ -25,6 +26,10 @@ class Random {
     do v = {in(-1, 1), in(-1, 1), in(-1, 1)};
     while (v.squaredNorm() > 1 || v.squaredNorm() < 1e-4);
     return v.normalized();
+  }
+  Vec3 up_to(double length) {
+    const double l = in(0, length);
+    return l * on_sphere();
   }
   Quat rotation() {
     const Vec3 axis = on_sphere();
@@ -83,11 +88,11 @@ class ThinWall : public testing::TestWithParam<Wall> {};
 TEST_P(ThinWall, stops_every_bullet_of_a_thousand_random_aims) {
   Random random(11);
   int passed = 0, unmoved = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < rounds(1000); ++i) {
     World world({.gravity = {0, 0, 0}});
     world.add_body({.type = BodyType::fixed, .shapes = {GetParam().make()}});
-    const Vec3 from(random.in(-7, -0.05), random.in(-2, 2), random.in(-2, 2));
-    const Vec3 to(0, random.in(-2, 2), random.in(-2, 2));
+    const Vec3 from{random.in(-7, -0.05), random.in(-2, 2), random.in(-2, 2)};
+    const Vec3 to{0, random.in(-2, 2), random.in(-2, 2)};
     const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.01}},
                                         .position = from,
                                         .linear_velocity = 300 * (to - from).normalized()});
@@ -128,11 +133,11 @@ TEST(ContinuousCollision, tumbling_shapes_of_every_kind_do_not_pass_any_wall) {
   const auto walls = {thin_box, thin_hull, thin_cylinder, sheet};
   for (const auto& wall : walls) {
     int passed = 0;
-    for (int i = 0; i < 210; ++i) {
+    for (int i = 0; i < rounds(210); ++i) {
       World world;
       world.add_body({.type = BodyType::fixed, .shapes = {wall()}});
-      const Vec3 from(random.in(-5, -0.3), random.in(-1, 1), random.in(-1, 1));
-      const Vec3 to(0, random.in(-1, 1), random.in(-1, 1));
+      const Vec3 from{random.in(-5, -0.3), random.in(-1, 1), random.in(-1, 1)};
+      const Vec3 to{0, random.in(-1, 1), random.in(-1, 1)};
       const BodyId body = world.add_body({.shapes = {bullet_shape(i)},
                                           .position = from,
                                           .orientation = random.rotation(),
@@ -177,12 +182,12 @@ TEST(ContinuousCollision, a_spinning_rod_does_not_sweep_through_a_thin_wall) {
 TEST(ContinuousCollision, a_fast_box_does_not_pass_a_mesh) {
   Random random(3);
   int passed = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world;
     world.add_body(
         {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = flat_mesh(40, 0.25)}}});
-    const Vec3 from(random.in(-2, 2), random.in(0.5, 6), random.in(-2, 2));
-    const Vec3 to(random.in(-2, 2), 0, random.in(-2, 2));
+    const Vec3 from{random.in(-2, 2), random.in(0.5, 6), random.in(-2, 2)};
+    const Vec3 to{random.in(-2, 2), 0, random.in(-2, 2)};
     const BodyId box = world.add_body({.shapes = {Box{.half_extents = {0.1, 0.2, 0.3}}},
                                        .position = from,
                                        .orientation = random.rotation(),
@@ -199,7 +204,7 @@ TEST(ContinuousCollision, bullets_meet_head_on_in_flight) {
   Random random(8);
   for (int i = 0; i < 200; ++i) {
     World world({.gravity = {0, 0, 0}});
-    const Vec3 middle(random.in(-50, 50), random.in(-50, 50), random.in(-50, 50));
+    const Vec3 middle{random.in(-50, 50), random.in(-50, 50), random.in(-50, 50)};
     const Vec3 along = random.on_sphere();
     const double near = random.in(0.5, 6), far = random.in(0.5, 6);
     const double v1 = random.in(100, 400), v2 = v1 * far / near;
@@ -357,7 +362,7 @@ TEST(ContinuousCollision, a_fast_ball_slants_off_like_light) {
 
 TEST(ContinuousCollision, an_elastic_impact_of_a_tumbling_box_keeps_its_energy) {
   Random random(9);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world({.gravity = {0, 0, 0}});
     add_floor(world, 0, 1);
     Vec3 v = 250 * random.on_sphere();
@@ -454,12 +459,12 @@ TEST(ContinuousCollision, a_fast_puck_on_tiles_keeps_its_way) {
 TEST(ContinuousCollision, works_a_thousand_kilometres_from_the_origin) {
   const Vec3 far(1e6, -1e6, 1e6);
   Random random(6);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < rounds(200); ++i) {
     World world;
     world.add_body({.type = BodyType::fixed,
                     .shapes = {Box{.half_extents = {0.0005, 3, 3}}},
                     .position = far});
-    const Vec3 from(random.in(-6, -0.05), random.in(-1, 1), random.in(-1, 1));
+    const Vec3 from{random.in(-6, -0.05), random.in(-1, 1), random.in(-1, 1)};
     const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.01}},
                                         .position = far + from,
                                         .linear_velocity = 300 * (-from).normalized()});
@@ -498,8 +503,8 @@ TEST_P(EveryMode, gives_the_serial_bits_among_fast_bodies) {
       world.add_body({.shapes = {bullet_shape(i)},
                       .position = {random.in(-4, 4), random.in(1, 9), random.in(-4, 4)},
                       .orientation = random.rotation(),
-                      .linear_velocity = random.in(0, 150) * random.on_sphere(),
-                      .angular_velocity = random.in(0, 100) * random.on_sphere(),
+                      .linear_velocity = random.up_to(150),
+                      .angular_velocity = random.up_to(100),
                       .restitution = 0.5});
     std::vector<std::uint64_t> out;
     for (int n = 0; n < 60; ++n) {
