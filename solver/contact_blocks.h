@@ -131,7 +131,8 @@ struct FrictionLanes {
   Lanes<W> lever[P];    // m, of the points
   Lanes<W> impulse[3];  // friction 1, friction 2, twist
   Lanes<W> coefficient;
-  Lanes<W> sum[6];  // over the substeps: F, friction 1, friction 2, T1, T2, twist
+  Lanes<W> normal_sum[P];  // over the substeps
+  Lanes<W> sum[3];         // likewise: friction 1, friction 2, twist
 };
 template <int W>
 struct FrictionLanes<W, 1> {
@@ -140,7 +141,8 @@ struct FrictionLanes<W, 1> {
   Lanes<W> slide_mass;
   Lanes<W> impulse[2];
   Lanes<W> coefficient;
-  Lanes<W> sum[3];
+  Lanes<W> normal_sum[1];
+  Lanes<W> sum[2];
 };
 
 template <int W, int P, bool kFull>

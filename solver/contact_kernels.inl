@@ -219,15 +219,15 @@ struct KernelsOf {
       w.old[i] = load(block.points.impulse[i]);
       F push = none;
       w.scale[i] = one;
-      w.impulse_scale[i] = none;
+      w.impulse_scale[i] = w.leak[i] = none;
       if (soft) {
         push = L::max(s[i] * L::set(pass.soft.bias_rate), L::set(-pass.max_push));
         w.scale[i] = L::select(apart, one, L::set(pass.soft.mass_scale));
         w.impulse_scale[i] = L::select(apart, none, L::set(pass.soft.impulse_scale));
+        const F most = load(block.points.mass[i]) * L::set(pass.soft_load);
+        w.leak[i] = w.impulse_scale[i] * L::min(w.old[i] - carried, most);
       }
       w.bias[i] = L::select(apart, s[i] * inv_h, push);
-      const F most = load(block.points.mass[i]) * L::set(pass.soft_load);
-      w.leak[i] = w.impulse_scale[i] * L::min(w.old[i] - carried, most);
     }
     return w;
   }
@@ -242,11 +242,11 @@ struct KernelsOf {
       store(impulse[0], block.points.impulse[0]);
       return {impulse[0] - w.old[0], zero(), zero()};
     } else {
-      const M all = solve_together(block, s, w, vn, impulse);
-      if (L::any(L::less(L::select(all, L::set(1.0f), zero()), L::set(0.5f)))) {
+      const M fails = solve_together(block, s, w, vn, impulse);
+      if (L::any(fails)) {
         F other[P];
         solve_side_by_side(block, w, vn, other);
-        for (int i = 0; i < P; ++i) impulse[i] = L::select(all, impulse[i], other[i]);
+        for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
       }
       NormalSum sum = {zero(), zero(), zero()};
       for (int i = 0; i < P; ++i) {
@@ -261,8 +261,7 @@ struct KernelsOf {
   }
 
   // Four points that all press or all are still apart, by one exact solve that knows no order of the
-  // points (docs/decisions/0007). Returns where it holds: the impulses stay positive. Elsewhere its
-  // impulses mean nothing.
+  // points (docs/decisions/0007). Returns where it fails: there its impulses mean nothing.
   template <int P, bool kFull>
   SKERRY_LANE M solve_together(const ContactBlock<W, P, kFull>& block, const F* s,
                                const Wanted<P>& w, const F* vn, F* impulse) {
@@ -285,15 +284,13 @@ struct KernelsOf {
     const F p0 = ((m[0] * error[0] + m[1] * error[1]) + m[2] * error[2]) * w.scale[0];
     const F p1 = ((m[1] * error[0] + m[3] * error[1]) + m[4] * error[2]) * w.scale[0];
     const F p2 = ((m[2] * error[0] + m[4] * error[1]) + m[5] * error[2]) * w.scale[0];
-    F least = L::set(1.0f);
+    F least = none;
     for (int i = 0; i < P; ++i) {
       impulse[i] = w.old[i] - ((p0 + (v[i] * p1 - u[i] * p2)) + w.leak[i]);
       least = L::min(least, impulse[i]);
     }
-    const M alike = L::either(L::less(none, nearest), L::less(farthest, L::set(1e-30f)));
-    const M empty = L::equal(m[0], none);
-    for (int i = 0; i < P; ++i) impulse[i] = L::select(empty, none, impulse[i]);
-    return L::either(empty, L::both(L::less(none, m[0]), L::both(alike, L::less(none, least))));
+    const M mixed = L::both(L::less(none, farthest), L::less(nearest, L::set(1e-30f)));
+    return L::either(mixed, L::either(L::less(m[0], none), L::less(least, none)));
   }
 
   // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
@@ -303,11 +300,16 @@ struct KernelsOf {
                                       F* vn, F* impulse) {
     constexpr int kRounds = 2;
     const F none = zero(), one = L::set(1.0f);
-    F mass[P], own[P];
+    F part[P], own[P], coupling[6], bound[6];
     for (int i = 0; i < P; ++i) {
+      const F mass = load(block.points.mass[i]);
       impulse[i] = w.old[i];
-      mass[i] = load(block.points.mass[i]);
-      own[i] = inverse_or_zero(mass[i]);
+      part[i] = mass * w.scale[i];
+      own[i] = inverse_or_zero(mass);
+    }
+    for (int k = 0; k < 6; ++k) {
+      coupling[k] = load(block.points.coupling[k]);
+      bound[k] = L::max(coupling[k], none - coupling[k]);
     }
     for (int round = 0; round < kRounds; ++round) {
       F presses[P], change[P];
@@ -318,13 +320,10 @@ struct KernelsOf {
       for (int i = 0; i < P; ++i) {
         F beside = none;
         for (int j = 0; j < P; ++j) {
-          if (j == i) continue;
-          const F k = load(block.points.coupling[slot_of(i, j)]);
-          beside = beside + L::max(k, none - k) * presses[j];
+          if (j != i) beside = beside + bound[slot_of(i, j)] * presses[j];
         }
-        const F part = mass[i] * w.scale[i];
         const F leak = w.leak[i] + w.impulse_scale[i] * (impulse[i] - w.old[i]);
-        const F d = (part * (vn[i] + w.bias[i]) + leak) / (one + part * beside);
+        const F d = (part[i] * (vn[i] + w.bias[i]) + leak) / (one + part[i] * beside);
         change[i] = L::max(impulse[i] - d * presses[i], none) - impulse[i];
       }
       for (int i = 0; i < P; ++i) {
@@ -332,7 +331,7 @@ struct KernelsOf {
         if (round + 1 == kRounds) continue;
         F dv = change[i] * own[i];
         for (int j = 0; j < P; ++j) {
-          if (j != i) dv = dv + load(block.points.coupling[slot_of(i, j)]) * change[j];
+          if (j != i) dv = dv + coupling[slot_of(i, j)] * change[j];
         }
         vn[i] = vn[i] + dv;
       }
@@ -415,9 +414,9 @@ struct KernelsOf {
     const F d1 = p1 - old1, d2 = p2 - old2;
     push = add(push, add(mul(f.t1, d1), mul(f.t2, d2)));
     if (pass.books) {
-      accumulate(friction.sum[0], total);
-      accumulate(friction.sum[1], p1);
-      accumulate(friction.sum[2], p2);
+      for (int i = 0; i < P; ++i) accumulate(friction.normal_sum[i], impulse[i]);
+      accumulate(friction.sum[0], p1);
+      accumulate(friction.sum[1], p2);
       if constexpr (kFull) {
         for (int i = 0; i < P; ++i) {
           store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
@@ -425,12 +424,8 @@ struct KernelsOf {
       }
     }
     if constexpr (P > 1) {
-      F moment = zero(), torque1 = zero(), torque2 = zero();
-      for (int i = 0; i < P; ++i) {
-        moment = moment + load(friction.lever[i]) * impulse[i];
-        torque1 = torque1 + load(block.points.v[i]) * impulse[i];
-        torque2 = torque2 - load(block.points.u[i]) * impulse[i];
-      }
+      F moment = zero();
+      for (int i = 0; i < P; ++i) moment = moment + load(friction.lever[i]) * impulse[i];
       const F limit = coefficient * moment;
       const F spin = dot(f.n, angular) +
                      ((load(friction.twist_from[0]) * sum.push +
@@ -441,11 +436,7 @@ struct KernelsOf {
       const F twist = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
       store(twist, friction.impulse[2]);
       torque = add(torque, mul(f.n, twist - old));
-      if (pass.books) {
-        accumulate(friction.sum[3], torque1);
-        accumulate(friction.sum[4], torque2);
-        accumulate(friction.sum[5], twist);
-      }
+      if (pass.books) accumulate(friction.sum[2], twist);
     }
   }
 
@@ -525,15 +516,11 @@ struct KernelsOf {
       const F d =
           L::select(fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
       book(block, i, d, vn, sum);
+      accumulate(block.friction.normal_sum[i], d);
     }
     V torque = {none, none, none};
     if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
     apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, a, b);
-    accumulate(block.friction.sum[0], sum.push);
-    if constexpr (P > 1) {
-      accumulate(block.friction.sum[3], sum.torque1);
-      accumulate(block.friction.sum[4], sum.torque2);
-    }
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
   }
@@ -773,6 +760,7 @@ struct KernelsOf {
     auto& friction = block.friction;
     store(dot(f.t1, old), friction.impulse[0]);
     store(dot(f.t2, old), friction.impulse[1]);
+    for (auto& sum : friction.normal_sum) store(none, sum);
     for (auto& sum : friction.sum) store(none, sum);
     if constexpr (P > 1) store(tail[3], friction.impulse[2]);
 
@@ -832,16 +820,22 @@ struct KernelsOf {
     for (int i = 0; i < P; ++i) impulse[i] = load(block.points.impulse[i]);
     scatter_row(output, kImpulseRow, impulse);
     const V p = add(mul(f.t1, load(friction.impulse[0])), mul(f.t2, load(friction.impulse[1])));
-    const F total = load(friction.sum[0]), approach = load(block.approach);
+    F total = load(friction.normal_sum[0]);
+    for (int i = 1; i < P; ++i) total = total + load(friction.normal_sum[i]);
+    const F approach = load(block.approach);
     const V push = add(mul(f.n, total),
-                       add(mul(f.t1, load(friction.sum[1])), mul(f.t2, load(friction.sum[2]))));
+                       add(mul(f.t1, load(friction.sum[0])), mul(f.t2, load(friction.sum[1]))));
     V torque = cross(f.ca, push), rolling = {none, none, none};
     F twist = none;
     if constexpr (P > 1) {
       twist = load(friction.impulse[2]);
-      torque =
-          add(torque, add(add(mul(f.t1, load(friction.sum[3])), mul(f.t2, load(friction.sum[4]))),
-                          mul(f.n, load(friction.sum[5]))));
+      F torque1 = none, torque2 = none;
+      for (int i = 0; i < P; ++i) {
+        torque1 = torque1 + load(block.points.v[i]) * load(friction.normal_sum[i]);
+        torque2 = torque2 - load(block.points.u[i]) * load(friction.normal_sum[i]);
+      }
+      torque = add(torque, add(add(mul(f.t1, torque1), mul(f.t2, torque2)),
+                               mul(f.n, load(friction.sum[2]))));
     }
     if constexpr (kFull) {
       rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),
