@@ -55,8 +55,7 @@ struct ContactPass {
   float inv_substep = 0;            // 1/s
   float max_push = 0;               // m/s
   float restitution_threshold = 0;  // m/s
-  Softness soft = {};               // between two dynamic bodies
-  Softness soft_fixed = {};         // if one of them cannot be moved
+  Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
   bool books = true;    // the relax pass adds its impulses to the sums over the step
 };
@@ -107,9 +106,12 @@ struct alignas(4 * W) Lanes {
 // Slots that depend on the number of points.
 template <int W, int P>
 struct PointLanes {
-  Lanes<W> u[P], v[P];     // m, along the tangents, from the contact centre
-  Lanes<W> coupling[6];    // inverse mass between points 01 02 03 12 13 23
-  Lanes<W> mass[P];        // effective mass along the normal; 0 beyond the manifold's points
+  Lanes<W> u[P], v[P];   // m, along the tangents, from the contact centre
+  Lanes<W> coupling[6];  // inverse mass between points 01 02 03 12 13 23
+  Lanes<W> mass[P];      // effective mass along the normal; 0 beyond the manifold's points
+  // Impulses that stop all four points at once follow from sums over the points by this symmetric
+  // matrix, of (1, v, -u): 00 01 02 11 12 22. 00 is 0 without points and negative if there is none.
+  Lanes<W> together[6];
   Lanes<W> separation[P];  // m at the start of the step
   Lanes<W> impulse[P];     // N s, of the present substep
 };
@@ -129,7 +131,8 @@ struct FrictionLanes {
   Lanes<W> lever[P];    // m, of the points
   Lanes<W> impulse[3];  // friction 1, friction 2, twist
   Lanes<W> coefficient;
-  Lanes<W> sum[6];  // over the substeps: F, friction 1, friction 2, T1, T2, twist
+  Lanes<W> normal_sum[P];  // over the substeps
+  Lanes<W> sum[3];         // likewise: friction 1, friction 2, twist
 };
 template <int W>
 struct FrictionLanes<W, 1> {
@@ -138,7 +141,8 @@ struct FrictionLanes<W, 1> {
   Lanes<W> slide_mass;
   Lanes<W> impulse[2];
   Lanes<W> coefficient;
-  Lanes<W> sum[3];
+  Lanes<W> normal_sum[1];
+  Lanes<W> sum[2];
 };
 
 template <int W, int P, bool kFull>

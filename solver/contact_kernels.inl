@@ -161,8 +161,8 @@ struct KernelsOf {
   }
 
   template <int P, bool kFull>
-  SKERRY_LANE void relative_velocity(const Frame<P, kFull>& f, const Velocity& a,
-                                     const Velocity& b, V& linear, V& angular) {
+  SKERRY_LANE void relative_velocity(const Frame<P, kFull>& f, const Velocity& a, const Velocity& b,
+                                     V& linear, V& angular) {
     linear = sub(add(b.linear, cross(b.angular, f.cb)), add(a.linear, cross(a.angular, f.ca)));
     angular = sub(b.angular, a.angular);
   }
@@ -192,75 +192,154 @@ struct KernelsOf {
                         NormalSum& sum) {
     sum.push = sum.push + d;
     if constexpr (P > 1) {
-      constexpr int first[4] = {0, 3, 5, 6};  // coupling of i with i + 1
       sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
       sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
       for (int j = i + 1; j < P; ++j) {
-        vn[j] = vn[j] + load(block.points.coupling[first[i] + (j - i - 1)]) * d;
+        vn[j] = vn[j] + load(block.points.coupling[slot_of(i, j)]) * d;
       }
     }
   }
 
   // ---- Passes.
+
+  // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
+  // of the impulse goes; impulse_scale is the leak per impulse.
+  template <int P>
+  struct Wanted {
+    F bias[P], scale[P], leak[P], impulse_scale[P], old[P];
+  };
+  template <int P, bool kFull>
+  SKERRY_LANE Wanted<P> wanted(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
+                               const F* s, bool soft) {
+    const F none = zero(), one = L::set(1.0f), inv_h = L::set(pass.inv_substep);
+    const F carried = load(block.carried);
+    Wanted<P> w;
+    for (int i = 0; i < P; ++i) {
+      const M apart = L::less(none, s[i]);
+      w.old[i] = load(block.points.impulse[i]);
+      F push = none;
+      w.scale[i] = one;
+      w.impulse_scale[i] = w.leak[i] = none;
+      if (soft) {
+        push = L::max(s[i] * L::set(pass.soft.bias_rate), L::set(-pass.max_push));
+        w.scale[i] = L::select(apart, one, L::set(pass.soft.mass_scale));
+        w.impulse_scale[i] = L::select(apart, none, L::set(pass.soft.impulse_scale));
+        const F most = load(block.points.mass[i]) * L::set(pass.soft_load);
+        w.leak[i] = w.impulse_scale[i] * L::min(w.old[i] - carried, most);
+      }
+      w.bias[i] = L::select(apart, s[i] * inv_h, push);
+    }
+    return w;
+  }
+
   template <int P, bool kFull>
   SKERRY_LANE NormalSum solve_normals(const ContactPass& pass, ContactBlock<W, P, kFull>& block,
                                       const F* s, F* vn, bool soft, F* impulse) {
-    const F none = zero(), one = L::set(1.0f);
-    F bias_rate, mass_scale, impulse_scale;
-    if (soft) {
-      const F ma = kFull ? movable(block.full, 0) : load(first_mass(block.full, 0));
-      const F mb = kFull ? movable(block.full, 1) : load(first_mass(block.full, 1));
-      const M fixed = L::either(L::equal(ma, none), L::equal(mb, none));
-      bias_rate = L::select(fixed, L::set(pass.soft_fixed.bias_rate), L::set(pass.soft.bias_rate));
-      mass_scale =
-          L::select(fixed, L::set(pass.soft_fixed.mass_scale), L::set(pass.soft.mass_scale));
-      impulse_scale =
-          L::select(fixed, L::set(pass.soft_fixed.impulse_scale), L::set(pass.soft.impulse_scale));
-    }
-    NormalSum sum = {none, none, none};
-    const F inv_h = L::set(pass.inv_substep);
-    const F carried = load(block.carried);
-    for (int i = 0; i < P; ++i) {
-      const M apart = L::less(none, s[i]);
-      const F speculative = s[i] * inv_h;
-      const F mass = load(block.points.mass[i]);
-      const F old = load(block.points.impulse[i]);
-      F d;
-      if (soft) {
-        const F push = L::max(s[i] * bias_rate, L::set(-pass.max_push));
-        const F bias = L::select(apart, speculative, push);
-        const F scale = L::select(apart, one, mass_scale);
-        const F leak = L::select(apart, none, impulse_scale);
-        const F soft_load = L::min(old - carried, mass * L::set(pass.soft_load));
-        d = none - ((mass * scale) * (vn[i] + bias) + leak * soft_load);
-      } else {
-        d = none - mass * (vn[i] + L::select(apart, speculative, none));
+    const Wanted<P> w = wanted(pass, block, s, soft);
+    if constexpr (P == 1) {
+      const F mass = load(block.points.mass[0]) * w.scale[0];
+      impulse[0] = L::max(w.old[0] - (mass * (vn[0] + w.bias[0]) + w.leak[0]), zero());
+      store(impulse[0], block.points.impulse[0]);
+      return {impulse[0] - w.old[0], zero(), zero()};
+    } else {
+      const M fails = solve_together(block, s, w, vn, impulse);
+      if (L::any(fails)) {
+        F other[P];
+        solve_side_by_side(block, w, vn, other);
+        for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
       }
-      impulse[i] = L::max(old + d, none);
-      d = impulse[i] - old;
-      store(impulse[i], block.points.impulse[i]);
-      book(block, i, d, vn, sum);
+      NormalSum sum = {zero(), zero(), zero()};
+      for (int i = 0; i < P; ++i) {
+        const F d = impulse[i] - w.old[i];
+        sum.push = sum.push + d;
+        sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
+        sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
+        store(impulse[i], block.points.impulse[i]);
+      }
+      return sum;
     }
-    return sum;
   }
 
-  template <bool kFull, int P>
-  SKERRY_LANE const Lanes<W>& first_mass(const FullLanes<W, P, kFull>& full, int body) {
-    if constexpr (kFull) {
-      return body == 0 ? full.inv_mass_a[0] : full.inv_mass_b[0];
-    } else {
-      return body == 0 ? full.inv_mass_a : full.inv_mass_b;
+  // Four points that all press or all are still apart, by one exact solve that knows no order of the
+  // points (docs/decisions/0007). Returns where it fails: there its impulses mean nothing.
+  template <int P, bool kFull>
+  SKERRY_LANE M solve_together(const ContactBlock<W, P, kFull>& block, const F* s,
+                               const Wanted<P>& w, const F* vn, F* impulse) {
+    const F none = zero();
+    F error[3] = {none, none, none};
+    F u[P], v[P];
+    F nearest = s[0], farthest = s[0];
+    for (int i = 0; i < P; ++i) {
+      u[i] = load(block.points.u[i]);
+      v[i] = load(block.points.v[i]);
+      const F e = vn[i] + w.bias[i];
+      error[0] = error[0] + e;
+      error[1] = error[1] + v[i] * e;
+      error[2] = error[2] - u[i] * e;
+      nearest = L::min(nearest, s[i]);
+      farthest = L::max(farthest, s[i]);
+    }
+    F m[6];
+    for (int k = 0; k < 6; ++k) m[k] = load(block.points.together[k]);
+    const F p0 = ((m[0] * error[0] + m[1] * error[1]) + m[2] * error[2]) * w.scale[0];
+    const F p1 = ((m[1] * error[0] + m[3] * error[1]) + m[4] * error[2]) * w.scale[0];
+    const F p2 = ((m[2] * error[0] + m[4] * error[1]) + m[5] * error[2]) * w.scale[0];
+    F least = none;
+    for (int i = 0; i < P; ++i) {
+      impulse[i] = w.old[i] - ((p0 + (v[i] * p1 - u[i] * p2)) + w.leak[i]);
+      least = L::min(least, impulse[i]);
+    }
+    const M mixed = L::both(L::less(none, farthest), L::less(nearest, L::set(1e-30f)));
+    return L::either(mixed, L::either(L::less(m[0], none), L::less(least, none)));
+  }
+
+  // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
+  // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
+  template <int P, bool kFull>
+  SKERRY_LANE void solve_side_by_side(const ContactBlock<W, P, kFull>& block, const Wanted<P>& w,
+                                      F* vn, F* impulse) {
+    constexpr int kRounds = 2;
+    const F none = zero(), one = L::set(1.0f);
+    F part[P], own[P], coupling[6], bound[6];
+    for (int i = 0; i < P; ++i) {
+      const F mass = load(block.points.mass[i]);
+      impulse[i] = w.old[i];
+      part[i] = mass * w.scale[i];
+      own[i] = inverse_or_zero(mass);
+    }
+    for (int k = 0; k < 6; ++k) {
+      coupling[k] = load(block.points.coupling[k]);
+      bound[k] = L::max(coupling[k], none - coupling[k]);
+    }
+    for (int round = 0; round < kRounds; ++round) {
+      F presses[P], change[P];
+      for (int i = 0; i < P; ++i) {
+        const M acts = L::either(L::less(none, impulse[i]), L::less(vn[i] + w.bias[i], none));
+        presses[i] = L::select(acts, one, none);
+      }
+      for (int i = 0; i < P; ++i) {
+        F beside = none;
+        for (int j = 0; j < P; ++j) {
+          if (j != i) beside = beside + bound[slot_of(i, j)] * presses[j];
+        }
+        const F leak = w.leak[i] + w.impulse_scale[i] * (impulse[i] - w.old[i]);
+        const F d = (part[i] * (vn[i] + w.bias[i]) + leak) / (one + part[i] * beside);
+        change[i] = L::max(impulse[i] - d * presses[i], none) - impulse[i];
+      }
+      for (int i = 0; i < P; ++i) {
+        impulse[i] = impulse[i] + change[i];
+        if (round + 1 == kRounds) continue;
+        F dv = change[i] * own[i];
+        for (int j = 0; j < P; ++j) {
+          if (j != i) dv = dv + coupling[slot_of(i, j)] * change[j];
+        }
+        vn[i] = vn[i] + dv;
+      }
     }
   }
-  // Positive if the body can move along some axis.
-  template <bool kFull, int P>
-  SKERRY_LANE F movable(const FullLanes<W, P, kFull>& full, int body) {
-    if constexpr (kFull) {
-      const Lanes<W>* m = body == 0 ? full.inv_mass_a : full.inv_mass_b;
-      return (load(m[0]) + load(m[1])) + load(m[2]);
-    } else {
-      return load(first_mass(full, body));
-    }
+  static constexpr int slot_of(int i, int j) {
+    constexpr int first[4] = {0, 3, 5, 6};  // coupling of i with i + 1
+    return i < j ? first[i] + (j - i - 1) : first[j] + (i - j - 1);
   }
 
   // New value of a two-component impulse inside a circle. Sticking uses the full 2x2 inverse; a
@@ -335,9 +414,9 @@ struct KernelsOf {
     const F d1 = p1 - old1, d2 = p2 - old2;
     push = add(push, add(mul(f.t1, d1), mul(f.t2, d2)));
     if (pass.books) {
-      accumulate(friction.sum[0], total);
-      accumulate(friction.sum[1], p1);
-      accumulate(friction.sum[2], p2);
+      for (int i = 0; i < P; ++i) accumulate(friction.normal_sum[i], impulse[i]);
+      accumulate(friction.sum[0], p1);
+      accumulate(friction.sum[1], p2);
       if constexpr (kFull) {
         for (int i = 0; i < P; ++i) {
           store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
@@ -345,12 +424,8 @@ struct KernelsOf {
       }
     }
     if constexpr (P > 1) {
-      F moment = zero(), torque1 = zero(), torque2 = zero();
-      for (int i = 0; i < P; ++i) {
-        moment = moment + load(friction.lever[i]) * impulse[i];
-        torque1 = torque1 + load(block.points.v[i]) * impulse[i];
-        torque2 = torque2 - load(block.points.u[i]) * impulse[i];
-      }
+      F moment = zero();
+      for (int i = 0; i < P; ++i) moment = moment + load(friction.lever[i]) * impulse[i];
       const F limit = coefficient * moment;
       const F spin = dot(f.n, angular) +
                      ((load(friction.twist_from[0]) * sum.push +
@@ -358,15 +433,10 @@ struct KernelsOf {
                         load(friction.twist_from[2]) * sum.torque2)) +
                       (load(friction.twist_from[3]) * d1 + load(friction.twist_from[4]) * d2));
       const F old = load(friction.impulse[2]);
-      const F twist = L::max(
-          L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
+      const F twist = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
       store(twist, friction.impulse[2]);
       torque = add(torque, mul(f.n, twist - old));
-      if (pass.books) {
-        accumulate(friction.sum[3], torque1);
-        accumulate(friction.sum[4], torque2);
-        accumulate(friction.sum[5], twist);
-      }
+      if (pass.books) accumulate(friction.sum[2], twist);
     }
   }
 
@@ -411,8 +481,8 @@ struct KernelsOf {
         torque1 = torque1 + load(block.points.v[i]) * load(block.points.impulse[i]);
         torque2 = torque2 - load(block.points.u[i]) * load(block.points.impulse[i]);
       }
-      torque = add(add(mul(f.t1, torque1), mul(f.t2, torque2)),
-                   mul(f.n, load(friction.impulse[2])));
+      torque =
+          add(add(mul(f.t1, torque1), mul(f.t2, torque2)), mul(f.n, load(friction.impulse[2])));
     }
     if constexpr (kFull) {
       torque = add(torque, add(mul(f.t1, load(block.full.rolling_impulse[0])),
@@ -443,18 +513,14 @@ struct KernelsOf {
       const M fires =
           L::both(L::less(none, bounce), L::less(none, load(block.full.max_impulse[i])));
       const F wanted = L::sqrt(L::max(bounce + twice * s[i], none));
-      const F d = L::select(
-          fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
+      const F d =
+          L::select(fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
       book(block, i, d, vn, sum);
+      accumulate(block.friction.normal_sum[i], d);
     }
     V torque = {none, none, none};
     if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
     apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, a, b);
-    accumulate(block.friction.sum[0], sum.push);
-    if constexpr (P > 1) {
-      accumulate(block.friction.sum[3], sum.torque1);
-      accumulate(block.friction.sum[4], sum.torque2);
-    }
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
   }
@@ -550,8 +616,7 @@ struct KernelsOf {
       for (int i = 1; i < P; ++i) f.ca = add(f.ca, r[i]);
       f.ca = mul(f.ca, L::set(1.0f) / L::max(count, L::set(1.0f)));
     }
-    const V offset = {L::load(input.offset[0]), L::load(input.offset[1]),
-                      L::load(input.offset[2])};
+    const V offset = {L::load(input.offset[0]), L::load(input.offset[1]), L::load(input.offset[2])};
     f.cb = sub(f.ca, offset);
     store3(f.n, block.normal);
     store3(f.t1, block.tangent);
@@ -605,17 +670,18 @@ struct KernelsOf {
         store(v[i], block.points.v[i]);
         store(L::sqrt(u[i] * u[i] + v[i] * v[i]), friction.lever[i]);
       }
+      store_together(g_nn, g_n1, g_n2, g_11, g_12, g_22, u, v, there[P - 1], pushes, block);
       int slot = 0;
       for (int i = 0; i < P; ++i) {
         const F linear1 = g_n1 + g_n1, linear2 = g_n2 + g_n2;
         const F kii = (g_nn + (v[i] * linear1 - u[i] * linear2)) +
-                      ((v[i] * v[i]) * g_11 + ((u[i] * u[i]) * g_22 -
-                                               ((u[i] * v[i]) + (u[i] * v[i])) * g_12));
+                      ((v[i] * v[i]) * g_11 +
+                       ((u[i] * u[i]) * g_22 - ((u[i] * v[i]) + (u[i] * v[i])) * g_12));
         store(L::select(there[i], inverse_or_zero(kii), none), block.points.mass[i]);
         for (int j = i + 1; j < P; ++j) {
-          const F kij = (g_nn + ((v[i] + v[j]) * g_n1 - (u[i] + u[j]) * g_n2)) +
-                        ((v[i] * v[j]) * g_11 + ((u[i] * u[j]) * g_22 -
-                                                 (u[i] * v[j] + u[j] * v[i]) * g_12));
+          const F kij =
+              (g_nn + ((v[i] + v[j]) * g_n1 - (u[i] + u[j]) * g_n2)) +
+              ((v[i] * v[j]) * g_11 + ((u[i] * u[j]) * g_22 - (u[i] * v[j] + u[j] * v[i]) * g_12));
           store(kij, block.points.coupling[slot++]);
         }
       }
@@ -641,6 +707,40 @@ struct KernelsOf {
     prepare_impulses(pass, input, f, there, point, material, block);
   }
 
+  // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
+  // (1, v, -u): the least impulses that stop four points of a plane.
+  template <int P, bool kFull>
+  SKERRY_LANE void store_together(const F& g_nn, const F& g_n1, const F& g_n2, const F& g_11,
+                                  const F& g_12, const F& g_22, const F* u, const F* v,
+                                  const M& four, const M& some, ContactBlock<W, P, kFull>& block) {
+    const F none = zero();
+    F vv = none, uu = none, uv = none;
+    for (int i = 0; i < P; ++i) {
+      vv = vv + v[i] * v[i];
+      uu = uu + u[i] * u[i];
+      uv = uv + u[i] * v[i];
+    }
+    // The points' mean is at the centre: S = [4, 0, 0; 0, vv, -uv; 0, -uv, uu].
+    const F count = L::set(static_cast<float>(P));
+    const F h00 = (count * count) * g_nn;
+    const F h01 = count * (g_n1 * vv - g_n2 * uv), h02 = count * (g_n2 * uu - g_n1 * uv);
+    const F r11 = vv * g_11 - uv * g_12, r12 = vv * g_12 - uv * g_22;
+    const F r21 = uu * g_12 - uv * g_11, r22 = uu * g_22 - uv * g_12;
+    const F h11 = r11 * vv - r12 * uv, h12 = r12 * uu - r11 * uv, h22 = r22 * uu - r21 * uv;
+    const F c00 = h11 * h22 - h12 * h12, c01 = h02 * h12 - h01 * h22, c02 = h01 * h12 - h02 * h11;
+    const F det = (h00 * c00 + h01 * c01) + h02 * c02;
+    const M regular = L::both(four, L::both(L::less((uu * vv) * L::set(1e-3f), uu * vv - uv * uv),
+                                            L::less((h00 * (h11 * h22)) * L::set(1e-3f), det)));
+    const F inv_det = inverse_or_zero(det);
+    Lanes<W>* m = block.points.together;
+    store(L::select(regular, c00 * inv_det, L::select(some, L::set(-1.0f), none)), m[0]);
+    store(c01 * inv_det, m[1]);
+    store(c02 * inv_det, m[2]);
+    store((h00 * h22 - h02 * h02) * inv_det, m[3]);
+    store((h01 * h02 - h00 * h12) * inv_det, m[4]);
+    store((h00 * h11 - h01 * h01) * inv_det, m[5]);
+  }
+
   SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
     const float* address[W];
     for (int k = 0; k < W; ++k) address[k] = input.manifold[k] + row;
@@ -650,9 +750,8 @@ struct KernelsOf {
   // Warm start, separations, and how fast the bodies come together.
   template <int P, bool kFull>
   SKERRY_LANE void prepare_impulses(const ContactPass& pass, const LaneInput& input,
-                                    const Frame<P, kFull>& f, const M* there,
-                                    const F (*point)[4], const F* material,
-                                    ContactBlock<W, P, kFull>& block) {
+                                    const Frame<P, kFull>& f, const M* there, const F (*point)[4],
+                                    const F* material, ContactBlock<W, P, kFull>& block) {
     const F none = zero();
     F impulse[4], tail[4];
     gather_row(input, kImpulseRow, impulse);
@@ -661,6 +760,7 @@ struct KernelsOf {
     auto& friction = block.friction;
     store(dot(f.t1, old), friction.impulse[0]);
     store(dot(f.t2, old), friction.impulse[1]);
+    for (auto& sum : friction.normal_sum) store(none, sum);
     for (auto& sum : friction.sum) store(none, sum);
     if constexpr (P > 1) store(tail[3], friction.impulse[2]);
 
@@ -674,8 +774,8 @@ struct KernelsOf {
     const float* base = floats(pass.base);
     L::gather(base, 8, block.row_a, accel_a);
     L::gather(base, 8, block.row_b, accel_b);
-    const F acceleration = dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1],
-                                      accel_b[2] - accel_a[2]});
+    const F acceleration =
+        dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
     const M together = L::less(acceleration, none);
     const F threshold = L::set(pass.restitution_threshold);
     F fastest = none;
@@ -720,16 +820,22 @@ struct KernelsOf {
     for (int i = 0; i < P; ++i) impulse[i] = load(block.points.impulse[i]);
     scatter_row(output, kImpulseRow, impulse);
     const V p = add(mul(f.t1, load(friction.impulse[0])), mul(f.t2, load(friction.impulse[1])));
-    const F total = load(friction.sum[0]), approach = load(block.approach);
-    const V push = add(mul(f.n, total), add(mul(f.t1, load(friction.sum[1])),
-                                            mul(f.t2, load(friction.sum[2]))));
+    F total = load(friction.normal_sum[0]);
+    for (int i = 1; i < P; ++i) total = total + load(friction.normal_sum[i]);
+    const F approach = load(block.approach);
+    const V push = add(mul(f.n, total),
+                       add(mul(f.t1, load(friction.sum[0])), mul(f.t2, load(friction.sum[1]))));
     V torque = cross(f.ca, push), rolling = {none, none, none};
     F twist = none;
     if constexpr (P > 1) {
       twist = load(friction.impulse[2]);
-      torque = add(torque, add(add(mul(f.t1, load(friction.sum[3])),
-                                   mul(f.t2, load(friction.sum[4]))),
-                               mul(f.n, load(friction.sum[5]))));
+      F torque1 = none, torque2 = none;
+      for (int i = 0; i < P; ++i) {
+        torque1 = torque1 + load(block.points.v[i]) * load(friction.normal_sum[i]);
+        torque2 = torque2 - load(block.points.u[i]) * load(friction.normal_sum[i]);
+      }
+      torque = add(torque, add(add(mul(f.t1, torque1), mul(f.t2, torque2)),
+                               mul(f.n, load(friction.sum[2]))));
     }
     if constexpr (kFull) {
       rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),
@@ -845,8 +951,7 @@ struct KernelsOf {
     scatter_rows(floats(rows) + 4, index, angular);
   }
 
-  static void integrate_positions(const ContactPass& pass, std::uint32_t begin,
-                                  std::uint32_t end) {
+  static void integrate_positions(const ContactPass& pass, std::uint32_t begin, std::uint32_t end) {
     const F h = L::set(pass.substep), half = L::set(0.5f * pass.substep);
     std::uint32_t index[W];
     for (std::uint32_t row = begin; row < end; row += W) {

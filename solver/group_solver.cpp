@@ -26,10 +26,15 @@ constexpr std::uint32_t kUnbounded = 0x7fffffff;
 // millimetre.
 constexpr float kImpactSpeed = 0.05f;  // m/s
 
+// Solving and relaxing once per substep answers slow waves like springs of frequency sqrt(2) / h. A soft
+// contact damps them only if it is the weaker of the two: (2 pi contact_hertz h)^2 / 2 = 0.6
+// (docs/decisions/0007).
+constexpr double kStiffest = 0.175;  // contact_hertz times h
+
 // A contact gives way to what its load differs from the load that it has carried lately: enough to
 // damp the slow waves of tall piles, which warm starting alone leaves ringing, and too slow to let
 // what rests sink (docs/decisions/0005).
-constexpr double kCarryTime = 2;  // s
+constexpr double kCarryTime = 10;  // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
@@ -274,10 +279,9 @@ void GroupSolver::set_constants() {
   pass_.inv_substep = core::rounded_to_float(1 / h);
   pass_.max_push = core::rounded_to_float(settings.max_push_velocity);
   pass_.restitution_threshold = core::rounded_to_float(settings.restitution_threshold);
-  const double hertz = std::min(settings.contact_hertz, 0.25 / h);
+  const double hertz = std::min(settings.contact_hertz, kStiffest / h);
   pass_.soft_load = core::rounded_to_float(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
-  pass_.soft_fixed = soft(2 * hertz, settings.contact_damping_ratio, h);
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;

@@ -106,7 +106,7 @@ class KernelGroup {
     pass.substep = 1.0f / 240;
     pass.inv_substep = 240;
     pass.max_push = 3;
-    pass.soft = pass.soft_fixed = {10, 0.9f, 0.1f};
+    pass.soft = {10, 0.9f, 0.1f};
     pass.soft_load = 5;
   }
 

@@ -262,20 +262,62 @@ TEST_P(BothSteps, a_light_box_carries_a_thousand_times_its_weight) {
   EXPECT_LT(sink_of_heavy_on_light(1000, dt()), 0.05);
 }
 
-// A12. A stack of ten at rest neither sinks nor drifts. At 240 Hz it may sway: docs/accuracy.md.
-TEST(Analytic, a_stack_of_ten_stands_still_for_a_minute_at_60_hz) {
+// Cubes on each other, in a column or in a triangle one layer deep.
+std::vector<BodyId> add_column(World& world, int height, double density = 1000) {
+  std::vector<BodyId> boxes;
+  for (int i = 0; i < height; ++i) {
+    boxes.push_back(add_box(world, {0, 0.5 + i, 0}, {0.5, 0.5, 0.5}, 0.6, density));
+  }
+  return boxes;
+}
+
+// A12. A stack of ten at rest neither sinks nor drifts.
+TEST_P(BothSteps, a_stack_of_ten_stands_still_for_a_minute) {
   World world({.sleep = {.enabled = false}});
   add_floor(world);
-  std::vector<BodyId> boxes;
-  for (int i = 0; i < 10; ++i) {
-    boxes.push_back(add_box(world, {0, 0.5 + i, 0}, {0.5, 0.5, 0.5}, 0.6, 1000));
-  }
-  for (int n = 0; n < 3600; ++n) world.step(1.0 / 60);
+  const std::vector<BodyId> boxes = add_column(world, 10);
+  run(world, 60);
   for (int i = 0; i < 10; ++i) {
     const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
     EXPECT_LT((at - Vec3(0, 0.5 + i, 0)).norm(), 1e-3) << i;
   }
   EXPECT_LT(world.measure().kinetic_energy, 1e-3);
+}
+
+// What is symmetric has no side to lean to.
+TEST_P(BothSteps, a_column_left_alone_does_not_lean) {
+  for (const int height : {1, 2, 7, 20, 40}) {
+    for (const double g : {9.7, 9.81, 10.0}) {
+      World world({.gravity = {0, -g, 0}, .sleep = {.enabled = false}});
+      add_floor(world);
+      const std::vector<BodyId> boxes = add_column(world, height, 300);
+      run(world, 5);
+      const Vec3 top = world.pose(boxes.back()).position;
+      EXPECT_LT(std::hypot(top.x(), top.z()), 1e-6) << height << " at " << g;
+    }
+  }
+}
+TEST_P(BothSteps, a_heavy_box_at_the_top_does_not_make_a_column_lean) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  add_column(world, 3, 100);
+  const BodyId top = add_box(world, {0, 3.5, 0}, {0.5, 0.5, 0.5}, 0.6, 1e5);
+  run(world, 5);
+  const Vec3 at = world.pose(top).position;
+  EXPECT_LT(std::hypot(at.x(), at.z()), 1e-6);
+  EXPECT_NEAR(at.y(), 3.5, 0.1);
+}
+TEST_P(BothSteps, a_pyramid_stays_in_its_plane) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  std::vector<BodyId> boxes;
+  for (int row = 0; row < 15; ++row) {
+    for (int k = 0; k < 15 - row; ++k) {
+      boxes.push_back(add_box(world, {k + 0.5 * row - 7, row + 0.5, 0}, {0.5, 0.5, 0.5}, 0.6, 100));
+    }
+  }
+  run(world, 5);
+  for (const BodyId box : boxes) EXPECT_LT(std::fabs(world.pose(box).position.z()), 1e-5);
 }
 
 // Sixteen boxes, each a few centimetres beside the one below, dropped on each other.
