@@ -43,7 +43,8 @@ class Arena {
   // host; an arena of ours without pinning sets it free again.
   static std::uint32_t settle(bool spread, const std::vector<int>& processors) {
     const int slot = std::max(0, oneapi::tbb::this_task_arena::current_thread_index());
-    settle_thread(spread ? processors[slot % processors.size()] : -1, processors);
+    // Slot 0 is the caller's, whose affinity is PinScope's business: it may run a late ticket too.
+    if (slot > 0) settle_thread(spread ? processors[slot % processors.size()] : -1, processors);
     return static_cast<std::uint32_t>(slot);
   }
   std::uint32_t settle() const { return settle(spread_, processors_); }

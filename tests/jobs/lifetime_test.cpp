@@ -171,6 +171,26 @@ TEST_P(LifetimeTest, the_caller_gets_its_affinity_back) {
   EXPECT_EQ(processor, spread ? allowed_processors().front() : allowed_processors().back());
 }
 
+// Phases of several blocks, which invite helpers; the caller may come to run such a ticket itself.
+struct TwoBlockPhases final : PhaseProgram {
+  std::uint32_t phase_count() const override { return 20; }
+  std::uint32_t block_count(std::uint32_t) const override { return 2; }
+  void run_block(std::uint32_t, std::uint32_t, std::uint32_t) override {}
+};
+
+TEST_P(LifetimeTest, runs_with_phases_leave_the_callers_affinity_as_it_was) {
+  cpu_set_t before, after;
+  ASSERT_EQ(sched_getaffinity(0, sizeof(before), &before), 0);
+  for (int i = 0; i < 200; ++i) {
+    parallel_for(*executor, 4, 1, [&](IndexRange, Task& task) {
+      TwoBlockPhases program;
+      task.run_phases(program);
+    });
+  }
+  ASSERT_EQ(sched_getaffinity(0, sizeof(after), &after), 0);
+  EXPECT_TRUE(CPU_EQUAL(&before, &after));
+}
+
 TEST_P(LifetimeTest, two_threads_may_use_two_executors) {
   TestedExecutor other(GetParam());
   std::thread second([&] {
