@@ -494,7 +494,8 @@ struct KernelsOf {
   }
 
   // Newton restitution at points that pushed in this step. The wanted speed is that at touch,
-  // carried to where the point is now along the free parabola.
+  // carried to where the point is now along the free parabola; not below the surface, where a body
+  // that rests under a great load would be thrown up again in every step.
   template <int P>
   SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
     Velocity a = gather_velocity(pass.velocity, block.row_a);
@@ -512,7 +513,7 @@ struct KernelsOf {
       const F bounce = load(block.full.bounce[i]);
       const M fires =
           L::both(L::less(none, bounce), L::less(none, load(block.full.max_impulse[i])));
-      const F wanted = L::sqrt(L::max(bounce + twice * s[i], none));
+      const F wanted = L::sqrt(L::max(bounce + twice * L::max(s[i], none), none));
       const F d =
           L::select(fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
       book(block, i, d, vn, sum);

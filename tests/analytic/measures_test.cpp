@@ -116,7 +116,7 @@ TEST(Measures, contacts_account_for_all_the_energy_a_heap_loses) {
   const double gone = before.kinetic_energy + before.potential_energy - after.kinetic_energy -
                       after.potential_energy;
   EXPECT_GT(gone, 1000);
-  EXPECT_NEAR(lost, gone, 1e-5 * gone);
+  EXPECT_NEAR(lost, gone, 1e-10 * gone);
 }
 
 // A12. What the ground gives to a stack at rest is its weight, and each contact carries what lies

@@ -121,13 +121,13 @@ TEST(HardWorlds, at_a_hundred_g_bounce_alike_in_both_orders_and_sink_by_no_more_
       }
     }
     for (const BodyId body : bodies) {
-      EXPECT_LT(world.linear_velocity(body).norm(), 0.3 * 981 * kDt);  // it trembles
-      EXPECT_NEAR(world.pose(body).position.y(), 0.5, 0.01);
+      EXPECT_LT(world.linear_velocity(body).norm(), 0.01);
+      EXPECT_NEAR(world.pose(body).position.y(), 0.5, 0.015);  // g / (2 pi 42 Hz)^2 at most
     }
     return heights;
   };
   const std::vector<double> first = run(true), last = run(false);
-  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_NEAR(first[i], last[i], 1e-2) << i;
+  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_NEAR(first[i], last[i], 2e-3) << i;
 }
 
 // Restitution 1, no gravity, random aims at free boxes: no step may add energy.
