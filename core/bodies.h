@@ -52,6 +52,11 @@ struct BodyMotion {
   Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the centre, world; the primary quantity
 };
 
+// J, of a dynamic body.
+inline double kinetic_energy(const BodyMotion& motion, double mass) {
+  return 0.5 * (mass * motion.linear.squaredNorm() + motion.angular_momentum.dot(motion.angular));
+}
+
 // The first cache line has all that a body of isotropic inertia needs in a solve.
 struct alignas(64) BodyMass {
   double mass = 0;      // kg; 0 unless dynamic

@@ -128,6 +128,19 @@ double acos(double x) {
   return 2 * atan2(std::sqrt(1 - x), std::sqrt(1 + x));
 }
 
+double log(double x) {
+  int exponent = 0;
+  double m = std::frexp(x, &exponent);  // in [0.5, 1)
+  if (m < 0.70710678118654752) {
+    m *= 2;
+    --exponent;
+  }
+  const double z = (m - 1) / (m + 1), square = z * z;
+  double sum = 0;
+  for (int k = 25; k >= 1; k -= 2) sum = sum * square + 1.0 / k;
+  return 2 * z * sum + exponent * 0.69314718055994530942;
+}
+
 SinCos<float> sin_cos(float x) {
   const SinCos<double> r = sin_cos(static_cast<double>(x));
   return {rounded_to_float(r.sin), rounded_to_float(r.cos)};

@@ -3,6 +3,9 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <utility>
+
+#include <skerry/jobs/executor.h>
 
 namespace skerry::jobs {
 
@@ -37,11 +40,39 @@ class LeaveRun {
   RunState& state_;
 };
 
-// A run that was begun and is all done in end(). Keeps what it needs.
+// What end() needs of a run that was begun.
 struct Pending {
   const TaskGraph* graph = nullptr;
   void* context = nullptr;
   RunOptions options;
+};
+
+// An executor whose begin() does nothing: the whole run is made in end(), on the caller and whom it
+// asks there.
+class MadeInEnd : public Executor {
+ public:
+  void run(const TaskGraph& graph, void* context, const RunOptions& options) final {
+    begin(graph, context, options);
+    end();
+  }
+  void begin(const TaskGraph& graph, void* context, const RunOptions& options) final {
+    state_.enter();
+    pending_ = {&graph, context, options};
+  }
+  void end() final {
+    state_.check_begun();
+    const LeaveRun leave(state_);
+    const Pending run = std::exchange(pending_, {});
+    make_run(run);
+  }
+
+ protected:
+  virtual void make_run(const Pending& run) = 0;
+  bool in_run() const { return state_.in_run(); }
+
+ private:
+  RunState state_;
+  Pending pending_;
 };
 
 }  // namespace skerry::jobs

@@ -47,40 +47,25 @@ class SerialTask final : public Task {
   std::int64_t spared_ns_ = 0;
 };
 
-class SerialExecutor final : public Executor {
+class SerialExecutor final : public MadeInEnd {
  public:
-  void run(const TaskGraph& graph, void* context, const RunOptions& options) override {
-    begin(graph, context, options);
-    end();
-  }
-
-  void begin(const TaskGraph& graph, void* context, const RunOptions& options) override {
-    state_.enter();
-    pending_ = {&graph, context, options};
-  }
-
-  void end() override {
-    state_.check_begun();
-    const LeaveRun leave(state_);
-    recorder_.begin_run(*pending_.graph, pending_.options.report);
-    const EndRun end_run{*this};
-    run_stages();
-  }
-
   std::uint32_t worker_count() const override { return 1; }
 
  private:
   // Fills the report however the run ends.
   struct EndRun {
-    ~EndRun() {
-      executor.recorder_.end_run();
-      executor.pending_ = {};
-    }
-    SerialExecutor& executor;
+    ~EndRun() { recorder.end_run(); }
+    Recorder& recorder;
   };
 
-  void run_stages() {
-    const TaskGraph& graph = *pending_.graph;
+  void make_run(const Pending& run) override {
+    recorder_.begin_run(*run.graph, run.options.report);
+    const EndRun end_run{recorder_};
+    run_stages(run);
+  }
+
+  void run_stages(const Pending& run) {
+    const TaskGraph& graph = *run.graph;
     const auto stages = graph.stages();
     items_.resize(stages.size());
     for (std::uint32_t i = 0; i < stages.size(); ++i) {
@@ -88,28 +73,26 @@ class SerialExecutor final : public Executor {
       if (head != i) {
         items_[i] = items_[head];
       } else {
-        if (pending_.options.stop.stop_requested()) throw Cancelled();
-        items_[i] = stages[i].count ? stages[i].count(pending_.context) : 1;
+        if (run.options.stop.stop_requested()) throw Cancelled();
+        items_[i] = stages[i].count ? stages[i].count(run.context) : 1;
       }
       recorder_.items(i, items_[i]);
-      run_stage(i, stages[i]);
+      run_stage(run, i, stages[i]);
     }
   }
 
-  void run_stage(std::uint32_t index, const Stage& stage) {
+  void run_stage(const Pending& run, std::uint32_t index, const Stage& stage) {
     for (std::uint32_t first = 0; first < items_[index];) {
-      if (pending_.options.stop.stop_requested()) throw Cancelled();
+      if (run.options.stop.stop_requested()) throw Cancelled();
       const IndexRange items{first, first + std::min(stage.chunk, items_[index] - first)};
-      SerialTask task(pending_.options.stop, recorder_.keeps_tasks());
+      SerialTask task(run.options.stop, recorder_.keeps_tasks());
       const std::int64_t begin_ns = recorder_.now();
-      stage.kernel(pending_.context, items, task);
+      stage.kernel(run.context, items, task);
       recorder_.kernel(0, index, items, begin_ns, recorder_.now(), task.spared_ns());
       first = items.end;
     }
   }
 
-  RunState state_;
-  Pending pending_;
   Recorder recorder_{1};
   std::vector<std::uint32_t> items_;  // [stage]
 };

@@ -114,9 +114,9 @@ class TbbHelpers final : public Helpers {
 };
 
 // Stage by stage: a parallel region over the chunks, and oneTBB's join at its end. The chunks of a
-// stage are shared out by the same counter as in the job system, so that the two differ in barriers
+// stage are handed out by the same shares as in the job system, so that the two differ in barriers
 // alone. Helpers that phase programs invite come through the same arena.
-class ForkJoinExecutor final : public Executor {
+class ForkJoinExecutor final : public MadeInEnd {
  public:
   ForkJoinExecutor(std::uint32_t workers, const ExecutorSettings& settings)
       : processors_(allowed_processors()),
@@ -125,20 +125,14 @@ class ForkJoinExecutor final : public Executor {
     run_->set_helpers(&helpers_);
   }
 
-  void run(const TaskGraph& graph, void* context, const RunOptions& options) override {
-    begin(graph, context, options);
-    end();
+  std::uint32_t worker_count() const override { return run_->workers(); }
+
+  void wake() override {
+    if (!in_run()) run_->wake();
   }
 
-  void begin(const TaskGraph& graph, void* context, const RunOptions& options) override {
-    state_.enter();
-    pending_ = {&graph, context, options};
-  }
-
-  void end() override {
-    state_.check_begun();
-    const LeaveRun leave(state_);
-    const Pending run = std::exchange(pending_, {});
+ private:
+  void make_run(const Pending& run) override {
     run_->prepare(*run.graph, run.context, run.options);
     {
       const PinScope pin(arena().spread() ? processors_[0] : -1);
@@ -147,13 +141,6 @@ class ForkJoinExecutor final : public Executor {
     run_->conclude();
   }
 
-  std::uint32_t worker_count() const override { return run_->workers(); }
-
-  void wake() override {
-    if (!state_.in_run()) run_->wake();
-  }
-
- private:
   Arena& arena() { return helpers_.arena(); }
 
   void run_stages(const TaskGraph& graph) {
@@ -186,8 +173,6 @@ class ForkJoinExecutor final : public Executor {
   std::vector<int> processors_;
   std::shared_ptr<GraphRun> run_;
   TbbHelpers helpers_;
-  RunState state_;
-  Pending pending_;
 };
 
 }  // namespace

@@ -35,6 +35,10 @@ void check_coefficient(const std::string& field, double value) {
   if (!(value >= 0 && value <= 1e6)) refuse(field, "between 0 and 1e6", text(value));
 }
 
+void check_count(const char* field, int count) {
+  if (count < 1 || count > 10000) refuse(field, "between 1 and 10000", std::to_string(count));
+}
+
 // Of a part of a body from the body's origin: no farther than a shape can be long.
 void check_offset(const std::string& field, const Vec3& value) {
   if (!(value.cwiseAbs().maxCoeff() <= 1e7) || !finite(value)) {
@@ -195,12 +199,6 @@ void check_query_shape(const Shape& shape) {
     throw InputError("shape", "shape: a query needs a convex shape that is bounded");
   check_shape("shape", shape, BodyType::fixed);
 }
-
-namespace {
-void check_count(const char* field, int count) {
-  if (count < 1 || count > 10000) refuse(field, "between 1 and 10000", std::to_string(count));
-}
-}  // namespace
 
 void check_settings(const WorldSettings& settings) {
   check_rate("gravity", settings.gravity);

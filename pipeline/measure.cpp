@@ -17,8 +17,7 @@ void measure_bodies(const WorldData& world, Measures& out) {
     const core::BodyMotion& motion = bodies.motion[body];
     const Vec3 p = mass.mass * motion.linear;
     const Vec3& center = bodies.pose[body].center;
-    out.kinetic_energy +=
-        0.5 * p.dot(motion.linear) + 0.5 * motion.angular_momentum.dot(motion.angular);
+    out.kinetic_energy += core::kinetic_energy(motion, mass.mass);
     out.potential_energy -= mass.mass * mass.gravity_scale * world.settings.gravity.dot(center);
     momentum += p;
     angular += motion.angular_momentum + center.cross(p);

@@ -384,17 +384,27 @@ void World::remove_force_field(ForceFieldId field) {
 
 // -- Stepping ---------------------------------------------------------------------------------------
 
+namespace {
+
+// However the step ends.
+struct IdleAgain {
+  explicit IdleAgain(pipeline::WorldData& of) : world(of) {}
+  ~IdleAgain() { world.activity = Activity::idle; }
+  IdleAgain(const IdleAgain&) = delete;
+  IdleAgain& operator=(const IdleAgain&) = delete;
+  pipeline::WorldData& world;
+};
+
+}  // namespace
+
 StepReport World::step(double dt) {
   require_idle(*impl_, "step");
   pipeline::check_time_step(dt);
   impl_->activity = Activity::stepping;
-  try {
+  {
+    const IdleAgain idle_again(*impl_);
     impl_->make_step(dt);
-  } catch (...) {
-    impl_->activity = Activity::idle;
-    throw;
   }
-  impl_->activity = Activity::idle;
   impl_->callback_errors.rethrow();
   return impl_->report;
 }
@@ -419,13 +429,10 @@ StepReport World::end_step(PendingStep& pending) {
     throw UsageError("end_step: step " + std::to_string(pending.step_) +
                      " is not in progress; was it ended already?");
   }
-  try {
+  {
+    const IdleAgain idle_again(*impl_);
     impl_->end();
-  } catch (...) {
-    impl_->activity = Activity::idle;
-    throw;
   }
-  impl_->activity = Activity::idle;
   impl_->callback_errors.rethrow();
   return impl_->report;
 }

@@ -4,32 +4,11 @@
 #include <cmath>
 
 namespace skerry::solver {
-namespace {
 
 using namespace core;
 
-double kinetic_energy(const BodyMotion& motion, double mass) {
-  return 0.5 * (mass * motion.linear.squaredNorm() + motion.angular_momentum.dot(motion.angular));
-}
-
-// Velocity of b's side of the contact against a's at a point.
-Vec3 relative_velocity(const ContactSide& a, const ContactSide& b, const Vec3& arm_a,
-                       const Vec3& arm_b) {
-  return b.linear + b.angular.cross(arm_b) - a.linear - a.angular.cross(arm_a);
-}
-
-// Velocity change of one side at its arm along `out`, by a unit impulse along `in`.
-double response(const ContactSide& side, const Vec3& arm, const Vec3& in, const Vec3& out) {
-  return out.dot(side.inv_mass.cwiseProduct(in)) +
-         arm.cross(out).dot(side.inv_inertia * arm.cross(in));
-}
-
-double inverse_or_zero(double x) { return x > 0 ? 1 / x : 0; }
-
-}  // namespace
-
 EffectWatch::EffectWatch(const StepContext& step, BodyIndex body) : step_(step), body_(body) {
-  if (!step.effects) return;
+  if (!on()) return;
   motion_ = step.bodies->motion[body];
   center_ = step.bodies->pose[body].center;
 }
@@ -37,7 +16,7 @@ EffectWatch::EffectWatch(const StepContext& step, BodyIndex body) : step_(step),
 void EffectWatch::finish_balanced(const Vec3& impulse, const Vec3& angular_impulse,
                                   const Vec3& external_impulse,
                                   const Vec3& external_angular_impulse) {
-  if (!step_.effects) return;
+  if (!on()) return;
   const BodyMotion& after = step_.bodies->motion[body_];
   const double mass = step_.bodies->mass[body_].mass;
   const double work = external_impulse.dot(step_.bodies->pose[body_].center - center_) / step_.dt +
@@ -48,7 +27,7 @@ void EffectWatch::finish_balanced(const Vec3& impulse, const Vec3& angular_impul
 }
 
 void EffectWatch::finish(const Vec3& impulse, const Vec3& angular_impulse) {
-  if (!step_.effects) return;
+  if (!on()) return;
   const BodyMotion& after = step_.bodies->motion[body_];
   BodyEffect& effect = step_.effects->bodies[body_];
   effect.impulse = impulse;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/step_context.h"
+#include "solver/contact_side.h"
 
 namespace skerry::solver {
 
@@ -10,6 +11,8 @@ namespace skerry::solver {
 class EffectWatch {
  public:
   EffectWatch(const core::StepContext& step, core::BodyIndex body);
+  bool on() const { return step_.effects != nullptr; }  // else nothing here does anything
+  const core::BodyMotion& before() const { return motion_; }
 
   // `impulse` (N s) and `angular_impulse` (N m s, about the centre of mass) by contacts; world.
   // Of a body that contacts and constant external forces alone moved, the energy lost is what its
@@ -26,16 +29,9 @@ class EffectWatch {
   Vec3 center_ = Vec3::Zero();
 };
 
-// One of the two bodies of a contact after the solve, in the axes of the world.
-struct ContactSide {
-  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();  // m/s, rad/s
-  Vec3 inv_mass = Vec3::Zero();                        // 1/kg, per axis; 0: does not give way
-  Mat3 inv_inertia = Mat3::Zero();                     // kg^-1 m^-2
-};
-
 // Natural map of the contact law of manifold `contact` (Alart and Curnier 1991, "A mixed formulation
 // for frictional contact problems prone to Newton like solution methods"): how far an impulse is from
-// where the law would put it, given the velocities. `offset`: centre of b from centre of a when the
+// where the law would put it, given the velocities after the solve. `offset`: centre of b from centre of a when the
 // contact was found, m; `gap`: separation of the points after the step, m; impulses act for `h` s.
 // A manifold that bounced obeys the law of impact instead and counts as exact.
 core::ContactResidual contact_residual(const core::StepContext& step, const core::Manifold& contact,

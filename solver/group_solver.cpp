@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/assert.h"
 #include "core/growth.h"
@@ -54,7 +55,7 @@ void grow(std::vector<T>& v, std::size_t count) {
 }
 
 Softness soft(double hertz, double damping_ratio, double h) {
-  const double omega = 2 * 3.14159265358979323846 * hertz;
+  const double omega = 2 * std::numbers::pi * hertz;
   const double a1 = 2 * damping_ratio + h * omega;
   const double a2 = h * omega * a1;
   const double a3 = 1 / (1 + a2);
@@ -727,15 +728,14 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
       fly_free(*step_, body_[row]);  // near others, but nothing touched it
       watch.finish(FastFlight::free);
     } else {
-      const BodyMotion& before = step_->bodies->motion[body_[row]];
-      const Vec3 forced =
-          step_->bodies->mass[body_[row]].mass * Vec3(outlook.linear - before.linear);
-      const Vec3 turned = outlook.angular_momentum - before.angular_momentum;
       finish_body(row);
       if (from_rows) {
         effect.finish(push, spin);
-      } else {
-        effect.finish_balanced(push, spin, forced, turned);
+      } else if (effect.on()) {
+        const double mass = step_->bodies->mass[body_[row]].mass;
+        const BodyMotion& before = effect.before();
+        effect.finish_balanced(push, spin, mass * (outlook.linear - before.linear),
+                               outlook.angular_momentum - before.angular_momentum);
       }
       watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
     }

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "core/trig.h"
 
 namespace skerry::solver {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Pivots below this part of their row's own inverse mass are what rounding left of nothing.
 constexpr double kLostPivot = 1e-9;

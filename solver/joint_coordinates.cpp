@@ -1,13 +1,14 @@
 #include "solver/joint_coordinates.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "core/trig.h"
 
 namespace skerry::solver {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 
 void find_angles(const Q4d& frame_a, const Q4d& frame_b, JointGeometry& g) {
   Q4d q = conjugate(frame_a) * frame_b;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "core/trig.h"
 
 namespace skerry::solver {
 namespace {
@@ -10,24 +13,8 @@ using namespace core;
 
 enum : std::uint8_t { kPrepare, kPress, kMove, kStore, kFinish };
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = std::numbers::pi;
 constexpr double kSlowDamping = 0.7;  // damping ratio of what does not bounce
-
-double inverse_or_zero(double x) { return x > 0 ? 1 / x : 0; }
-
-// Natural logarithm in plain arithmetic (x > 0): the same bits everywhere. Relative error 1e-15.
-double logarithm(double x) {
-  int exponent = 0;
-  double m = std::frexp(x, &exponent);  // in [0.5, 1)
-  if (m < 0.70710678118654752) {
-    m *= 2;
-    --exponent;
-  }
-  const double z = (m - 1) / (m + 1), square = z * z;
-  double sum = 0;
-  for (int k = 25; k >= 1; k -= 2) sum = sum * square + 1.0 / k;
-  return 2 * z * sum + exponent * 0.69314718055994530942;
-}
 
 // A spring and dashpot with two components that slips at `limit`: the force, and the spring as long
 // as that force says.
@@ -46,7 +33,7 @@ void slip(double stiffness, double damping, double limit, const double rate[2], 
 
 double damping_ratio(double e) {
   if (e <= 0) return 1;
-  const double log = logarithm(std::min(e, 1.0));
+  const double log = trig::log(std::min(e, 1.0));
   return -log / std::sqrt(kPi * kPi + log * log);
 }
 
@@ -118,7 +105,8 @@ void PenaltySolver::prepare(PointContact& c, Spring& spring) const {
   spring.twist = length(c.twist, spring.turn);
 }
 
-// By how much a contact has opened at a point since the step began; turns to first order. (A ball turns about its centre, not about the place where it was touched.)
+// By how much a contact has opened at a point since the step began; turns to first order. (A ball
+// turns about its centre, not about the place where it was touched.)
 double PenaltySolver::opened(const PointContact& c, const Vec3& point) const {
   const PointBody &a = group_.bodies[c.row_a], &b = group_.bodies[c.row_b];
   return c.normal.dot(b.center + b.angle.cross(point - c.offset) - a.center - a.angle.cross(point));

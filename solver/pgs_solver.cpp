@@ -10,8 +10,6 @@ using namespace core;
 
 enum : std::uint8_t { kKick, kPrepare, kWarmStart, kIterate, kRestitute, kStore, kDrift, kFinish };
 
-double inverse_or_zero(double x) { return x > 0 ? 1 / x : 0; }
-
 double sum_of(const PointContact& c) {
   double sum = 0;
   for (std::uint32_t i = 0; i < c.count; ++i) sum += c.impulse[i];

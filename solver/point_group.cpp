@@ -24,8 +24,6 @@ bool is_finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
-double inverse_or_zero(double x) { return x > 0 ? 1 / x : 0; }
-
 }  // namespace
 
 void PointGroup::begin(const StepContext& step, const IslandGroup& group) {
@@ -183,17 +181,13 @@ void PointGroup::twist(PointContact& c, const Vec3& angular_impulse) {
 }
 
 Vec3 PointGroup::velocity_at(const PointContact& c, const Vec3& arm_a, const Vec3& arm_b) const {
-  const PointBody &a = bodies[c.row_a], &b = bodies[c.row_b];
-  return b.linear + b.angular.cross(arm_b) - a.linear - a.angular.cross(arm_a);
+  return relative_velocity(bodies[c.row_a], bodies[c.row_b], arm_a, arm_b);
 }
 
 double PointGroup::response(const PointContact& c, const Vec3& arm_a, const Vec3& arm_b,
                             const Vec3& in, const Vec3& out) const {
-  const auto of = [&](const PointBody& body, const Vec3& arm) {
-    return out.dot(body.inv_mass.cwiseProduct(in)) +
-           arm.cross(out).dot(body.inv_inertia * arm.cross(in));
-  };
-  return of(bodies[c.row_a], arm_a) + of(bodies[c.row_b], arm_b);
+  return solver::response(bodies[c.row_a], arm_a, in, out) +
+         solver::response(bodies[c.row_b], arm_b, in, out);
 }
 
 void PointGroup::kick(std::uint32_t row, double h) {
@@ -234,12 +228,8 @@ void PointGroup::store(const PointContact& c, const double gap[4], double h) {
   manifold.total_impulse = rounded_to_float(c.total);
   manifold.approach_speed = rounded_to_float(c.approach);
   if (!step_->effects) return;
-  const auto side = [this](std::uint32_t row) {
-    const PointBody& body = bodies[row];
-    return ContactSide{body.linear, body.angular, body.inv_mass, body.inv_inertia};
-  };
   step_->effects->contacts[c.manifold] =
-      contact_residual(*step_, manifold, c.offset, side(c.row_a), side(c.row_b), gap, h);
+      contact_residual(*step_, manifold, c.offset, bodies[c.row_a], bodies[c.row_b], gap, h);
 }
 
 void PointGroup::finish(std::uint32_t row) {

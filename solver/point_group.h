@@ -15,17 +15,14 @@
 
 namespace skerry::solver {
 
-struct PointBody {
+struct PointBody : ContactSide {
   core::BodyIndex body = core::kNone;
   bool solved = false;  // dynamic; others move by their velocity and take no impulse
   bool pushed = false;  // by a contact in this step
-  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();  // m/s, rad/s
-  Vec3 angular_momentum = Vec3::Zero();                // kg m^2/s about the centre
-  Vec3 center = Vec3::Zero();                          // m, from where the step began
+  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s about the centre
+  Vec3 center = Vec3::Zero();            // m, from where the step began
   Quat orientation = Quat::Identity();
-  Vec3 angle = Vec3::Zero();     // rad: sum of all small turns since the step began
-  Vec3 inv_mass = Vec3::Zero();  // 1/kg, per axis
-  Mat3 inv_inertia = Mat3::Zero();
+  Vec3 angle = Vec3::Zero();  // rad: sum of all small turns since the step began
   Vec3 acceleration = Vec3::Zero(), torque = Vec3::Zero();                   // external
   Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();               // by contacts so far
   Vec3 correction_linear = Vec3::Zero(), correction_angular = Vec3::Zero();  // see PgsSolver

@@ -36,11 +36,6 @@ Quat between(const Quat& from, const Quat& to, double part) {
   return turned(from, turn.vec() * (part * 2 * core::trig::atan2(sine, turn.w()) / sine));
 }
 
-double kinetic_energy(const core::BodyMotion& motion, const core::BodyMass& mass) {
-  return 0.5 *
-         (mass.mass * motion.linear.squaredNorm() + motion.angular_momentum.dot(motion.angular));
-}
-
 void go_back(const StepContext& step, BodyIndex body, double part) {
   core::Bodies& bodies = *step.bodies;
   const core::FastStart& start = step.fast->start[body];
@@ -48,7 +43,7 @@ void go_back(const StepContext& step, BodyIndex body, double part) {
   core::BodyMotion& motion = bodies.motion[body];
   const core::BodyMass& mass = bodies.mass[body];
   const std::uint32_t flags = bodies.flags[body];
-  const double before = kinetic_energy(motion, mass);
+  const double before = kinetic_energy(motion, mass.mass);
   const Vec3 way = pose.center - start.pose.center;
   const Vec3 lost = (1 - part) * way;
   pose.center = start.pose.center + part * way;
@@ -64,7 +59,7 @@ void go_back(const StepContext& step, BodyIndex body, double part) {
   motion.angular = angular_velocity(mass, flags, pose.orientation, motion.angular_momentum);
   if (step.effects) {
     step.effects->bodies[body].energy_lost +=
-        before - kinetic_energy(motion, mass) - mass.mass * gravity.dot(lost);
+        before - kinetic_energy(motion, mass.mass) - mass.mass * gravity.dot(lost);
   }
 }
 

@@ -45,7 +45,7 @@ class FlowTask final : public jobs::Task {
   }
 };
 
-class FlowGraph final : public jobs::Executor {
+class FlowGraph final : public jobs::MadeInEnd {
  public:
   explicit FlowGraph(const jobs::ExecutorSettings& settings)
       : workers_(static_cast<std::uint32_t>(settings.workers)),
@@ -58,29 +58,19 @@ class FlowGraph final : public jobs::Executor {
     arena_.initialize();
   }
 
-  void run(const jobs::TaskGraph& graph, void* context, const jobs::RunOptions& options) override {
-    begin(graph, context, options);
-    end();
-  }
+  std::uint32_t worker_count() const override { return workers_; }
 
-  void begin(const jobs::TaskGraph& graph, void* context,
-             const jobs::RunOptions& options) override {
-    state_.enter();
-    pending_ = {&graph, context, options};
-  }
+ private:
+  using Node = tbb::flow::continue_node<tbb::flow::continue_msg>;
 
-  void end() override {
-    state_.check_begun();
-    const jobs::LeaveRun leave(state_);
-    if (built_for_ != pending_.graph) build();
-    recorder_.begin_run(*pending_.graph, pending_.options.report);
+  void make_run(const jobs::Pending& run) override {
+    run_ = &run;
+    if (built_for_ != run.graph) build();
+    recorder_.begin_run(*run.graph, run.options.report);
     struct EndRun {
-      ~EndRun() {
-        flow.recorder_.end_run();
-        flow.pending_ = {};
-      }
-      FlowGraph& flow;
-    } const end_run{*this};
+      ~EndRun() { recorder.end_run(); }
+      jobs::Recorder& recorder;
+    } const end_run{recorder_};
     const jobs::PinScope pin(spread_ ? processors_[0] : -1);
     arena_.execute([this] {
       start_->try_put({});
@@ -88,30 +78,25 @@ class FlowGraph final : public jobs::Executor {
     });
   }
 
-  std::uint32_t worker_count() const override { return workers_; }
-
- private:
-  using Node = tbb::flow::continue_node<tbb::flow::continue_msg>;
-
   void build() {
     nodes_.clear();
     arena_.execute([this] {  // a graph belongs to the arena it is made in
       graph_ = std::make_unique<tbb::flow::graph>();
       start_ = std::make_unique<tbb::flow::broadcast_node<tbb::flow::continue_msg>>(*graph_);
     });
-    const auto stages = static_cast<std::uint32_t>(pending_.graph->stages().size());
+    const auto stages = static_cast<std::uint32_t>(run_->graph->stages().size());
     for (std::uint32_t i = 0; i < stages; ++i) {
       nodes_.push_back(std::make_unique<Node>(
           *graph_, [this, i](const tbb::flow::continue_msg&) { run_stage(i); }));
       bool waits = false;
       for (std::uint32_t j = 0; j < i; ++j) {
-        if (!pending_.graph->depends(i, j)) continue;
+        if (!run_->graph->depends(i, j)) continue;
         tbb::flow::make_edge(*nodes_[j], *nodes_[i]);
         waits = true;
       }
       if (!waits) tbb::flow::make_edge(*start_, *nodes_[i]);
     }
-    built_for_ = pending_.graph;
+    built_for_ = run_->graph;
   }
 
   void settle() {
@@ -121,8 +106,8 @@ class FlowGraph final : public jobs::Executor {
   }
 
   void run_stage(std::uint32_t index) {
-    const jobs::Stage& stage = pending_.graph->stages()[index];
-    const std::uint32_t items = stage.count ? stage.count(pending_.context) : 1;
+    const jobs::Stage& stage = run_->graph->stages()[index];
+    const std::uint32_t items = stage.count ? stage.count(run_->context) : 1;
     recorder_.items(index, items);
     const std::uint32_t chunks = items / stage.chunk + (items % stage.chunk != 0);
     const auto run_chunk = [&](std::uint32_t chunk) {
@@ -132,7 +117,7 @@ class FlowGraph final : public jobs::Executor {
       FlowTask task;
       const std::uint32_t worker = this_worker();
       const std::int64_t begin_ns = recorder_.now();
-      stage.kernel(pending_.context, range, task);
+      stage.kernel(run_->context, range, task);
       recorder_.kernel(worker, index, range, begin_ns, recorder_.now());
     };
     if (chunks == 1) return run_chunk(0);
@@ -147,8 +132,7 @@ class FlowGraph final : public jobs::Executor {
   std::vector<int> processors_ = jobs::allowed_processors();
   std::optional<tbb::global_control> more_threads_;
   tbb::task_arena arena_;
-  jobs::RunState state_;
-  jobs::Pending pending_;
+  const jobs::Pending* run_ = nullptr;  // what the nodes are to do, during a run
   jobs::Recorder recorder_;
   const jobs::TaskGraph* built_for_ = nullptr;
   std::unique_ptr<tbb::flow::graph> graph_;

@@ -61,43 +61,29 @@ class ForkJoinTask final : public jobs::Task {
   std::uint32_t worker_;
 };
 
-class ForkJoin final : public jobs::Executor {
+class ForkJoin final : public jobs::MadeInEnd {
  public:
   ForkJoin(std::unique_ptr<Regions> regions, jobs::Affinity affinity)
       : regions_(std::move(regions)), affinity_(affinity), recorder_(regions_->workers()) {}
 
-  void run(const jobs::TaskGraph& graph, void* context, const jobs::RunOptions& options) override {
-    begin(graph, context, options);
-    end();
-  }
-
-  void begin(const jobs::TaskGraph& graph, void* context,
-             const jobs::RunOptions& options) override {
-    state_.enter();
-    pending_ = {&graph, context, options};
-  }
-
-  void end() override {
-    state_.check_begun();
-    const jobs::LeaveRun leave(state_);
-    const jobs::PinScope pin(affinity_ == jobs::Affinity::spread ? processors_[0] : -1);
-    recorder_.begin_run(*pending_.graph, pending_.options.report);
-    for (std::uint32_t i = 0; i < pending_.graph->stages().size(); ++i) {
-      if (pending_.options.stop.stop_requested()) failure_.guard([] { throw jobs::Cancelled(); });
-      run_stage(i);
-    }
-    recorder_.end_run();
-    pending_ = {};
-    failure_.rethrow();
-  }
-
   std::uint32_t worker_count() const override { return regions_->workers(); }
 
  private:
-  void run_stage(std::uint32_t index) {
-    const jobs::Stage& stage = pending_.graph->stages()[index];
+  void make_run(const jobs::Pending& run) override {
+    const jobs::PinScope pin(affinity_ == jobs::Affinity::spread ? processors_[0] : -1);
+    recorder_.begin_run(*run.graph, run.options.report);
+    for (std::uint32_t i = 0; i < run.graph->stages().size(); ++i) {
+      if (run.options.stop.stop_requested()) failure_.guard([] { throw jobs::Cancelled(); });
+      run_stage(run, i);
+    }
+    recorder_.end_run();
+    failure_.rethrow();
+  }
+
+  void run_stage(const jobs::Pending& run, std::uint32_t index) {
+    const jobs::Stage& stage = run.graph->stages()[index];
     std::uint32_t items = 0;
-    failure_.guard([&] { items = stage.count ? stage.count(pending_.context) : 1; });
+    failure_.guard([&] { items = stage.count ? stage.count(run.context) : 1; });
     recorder_.items(index, items);
     const std::uint32_t chunks = items / stage.chunk + (items % stage.chunk != 0);
     const auto run_chunk = [&](std::uint32_t chunk, std::uint32_t worker, Regions* regions) {
@@ -106,7 +92,7 @@ class ForkJoin final : public jobs::Executor {
         const jobs::IndexRange range{first, std::min(first + stage.chunk, items)};
         ForkJoinTask task(regions, worker);
         const std::int64_t begin_ns = recorder_.now();
-        stage.kernel(pending_.context, range, task);
+        stage.kernel(run.context, range, task);
         recorder_.kernel(worker, index, range, begin_ns, recorder_.now());
       });
     };
@@ -121,8 +107,6 @@ class ForkJoin final : public jobs::Executor {
   std::unique_ptr<Regions> regions_;
   jobs::Affinity affinity_;
   std::vector<int> processors_ = jobs::allowed_processors();
-  jobs::RunState state_;
-  jobs::Pending pending_;
   jobs::Recorder recorder_;
   Failure failure_;
 };

@@ -30,7 +30,7 @@ class OpenMpRegions final : public Regions {
   }
 
  private:
-  // A thread that OpenMP starts inherits the caller's affinity, which is pinned by then.
+  // A thread that OpenMP starts inherits the caller's affinity, which may be pinned by then.
   void settle(std::uint32_t worker) const {
     if (worker == 0) return;
     jobs::settle_thread(spread_ ? processors_[worker % processors_.size()] : -1, processors_);

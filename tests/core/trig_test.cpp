@@ -99,6 +99,19 @@ TEST(Trig, arc_tangent_knows_its_quadrants_and_edges) {
   EXPECT_TRUE(std::isnan(trig::atan2(1.0, std::nan(""))));
 }
 
+TEST(Trig, logarithm_is_exact_to_a_few_units) {
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 200000; ++i) {
+    const double part = static_cast<double>(random() >> 11) * 0x1p-53;
+    for (const double x :
+         {1 + part, 1 - part / 2, std::ldexp(1 + part, static_cast<int>(random() % 600) - 300)}) {
+      const auto exact = static_cast<double>(logl(static_cast<long double>(x)));
+      ASSERT_NEAR(trig::log(x), exact, 1e-15 * std::fabs(exact)) << x;
+    }
+  }
+  EXPECT_EQ(trig::log(1), 0);
+}
+
 TEST(Trig, other_edges) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(std::isnan(trig::sin(inf)));
