@@ -275,7 +275,7 @@ void place_shapes(WorldData& world, BodyIndex body, const BodyDesc& desc,
     next = rows[i];
   }
   world.bodies.first_collider[body] = next;
-  set_inner_radius(world, body);
+  set_radii(world, body);
   world.broadphase->add(world.bodies, world.colliders, body);
 }
 
@@ -335,7 +335,7 @@ void refresh_kinematic_awake(WorldData& world, BodyIndex body) {
   if (bodies.flags[body] != before) bodies.awake_stale = true;
 }
 
-void set_inner_radius(WorldData& world, BodyIndex body) {
+void set_radii(WorldData& world, BodyIndex body) {
   core::BodyMass& row = world.bodies.mass[body];
   row.inner_radius = row.turn_radius = 0;
   for (ColliderIndex i = world.bodies.first_collider[body]; i != kNone;

@@ -33,7 +33,7 @@ void disturb(WorldData& world, core::BodyIndex body);
 
 // What follows from a body's other data.
 void refresh_kinematic_awake(WorldData& world, core::BodyIndex body);  // moving ones are simulated
-void set_inner_radius(WorldData& world, core::BodyIndex body);         // and the turn radius
+void set_radii(WorldData& world, core::BodyIndex body);                // inner and turn radius
 // Flags and masses of a type; a dynamic body is awake.
 void make_type(WorldData& world, core::BodyIndex body, BodyType type);
 

@@ -104,7 +104,7 @@ void set_sensor(WorldData& world, BodyId body, std::uint32_t shape, bool sensor)
   collision::drop_pairs_of(world.contacts, row);
   collect_end_events(world, world.pending_end_events);
   world.colliders.rows[row].sensor = sensor;
-  set_inner_radius(world, body.index);
+  set_radii(world, body.index);
   changed(world, body.index);
 }
 
