@@ -248,8 +248,10 @@ std::vector<std::string> crossovers(const std::vector<LoadVerdict>& verdicts,
     const std::string between =
         "Between " + load_text(low.host_ms) + " and " + load_text(high.host_ms) + " ";
     std::vector<std::string> lost;
-    for (const std::string& name : low.holding) {
-      if (!contains(high.holding, name) && !contains(high.edge, name)) lost.push_back(name);
+    for (const auto* names : {&low.holding, &low.edge}) {
+      for (const std::string& name : *names) {
+        if (!contains(high.holding, name) && !contains(high.edge, name)) lost.push_back(name);
+      }
     }
     if (!lost.empty()) {
       sentences.push_back(between + joined(lost) + (lost.size() == 1 ? " stops" : " stop") +
