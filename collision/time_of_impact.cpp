@@ -174,15 +174,6 @@ class ConvexPair {
     normal_ = d.normal;
     return {d.normal, d.gap - a_.core.radius - b_.core.radius};
   }
-  // A guess that costs little and does for most pairs that pass by each other.
-  Parting part_along_centers(double t) {
-    place(t);
-    const V3d between = b_.core.center - a_.core.center;
-    const double apart = length(between);
-    if (!(apart > 0)) return {normal_, -1e300};
-    const V3d normal = between * (1 / apart);
-    return {normal, gap_along(normal, t)};
-  }
   double gap_along(const V3d& normal, double t) {
     place(t);
     return dot(normal, b_.core.support(normal * -1.0) - a_.core.support(normal)) - a_.core.radius -
@@ -210,7 +201,6 @@ class PlanePair {
     const V3d normal = b_.sweep->axes_at(t) * b_.normal * -1.0;
     return {normal, gap_along(normal, t)};
   }
-  Parting part_along_centers(double t) { return part(t); }
   double gap_along(const V3d& normal, double t) {
     a_.place(t);
     const V3d up = b_.sweep->axes_at(t) * b_.normal;
@@ -234,9 +224,8 @@ constexpr int kMaxPartings = 96;
 template <class Pair>
 double first_near_of(Pair pair, double near, double from, double last) {
   double t = from;
-  Parting parting = pair.part_along_centers(t);
-  if (!(parting.gap > near)) parting = pair.part(t);
   for (int i = 0; i < kMaxPartings; ++i) {
+    const Parting parting = pair.part(t);
     double gap = parting.gap;
     if (!(gap > near)) return t;
     for (int k = 0; k < kMaxMarch && gap > near; ++k) {
@@ -246,7 +235,6 @@ double first_near_of(Pair pair, double near, double from, double last) {
       if (t > last) return kNever;
       gap = pair.gap_along(parting.normal, t);
     }
-    parting = pair.part(t);
   }
   return t;
 }
