@@ -125,7 +125,7 @@ SceneDesc make_joint_grid(std::uint64_t) {
   constexpr int kSide = 100;
   SceneDesc scene;
   scene.defaults.steps = 100;
-  scene.defaults.sleep = false;
+  scene.defaults.sleep.enabled = false;
   for (int k = 0; k < kSide; ++k) {
     for (int i = 0; i < kSide; ++i) {
       const Vec3 at(k, -i, 0);
