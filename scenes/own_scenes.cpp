@@ -9,11 +9,6 @@ namespace {
 
 const Quat kAlongX = axis_angle({0, 0, 1}, kPi / 2);  // turns the y axis of a capsule into -x
 
-BodyNumber add(SceneDesc& scene, BodyDesc body) {
-  scene.bodies.push_back(std::move(body));
-  return static_cast<BodyNumber>(scene.bodies.size() - 1);
-}
-
 Shape falling_shape(int kind) {
   switch (kind % 4) {
     case 0:
