@@ -228,26 +228,67 @@ double crossing_of(const Collider& collider, SweptShape a, Other b, double touch
   return first_near(a, b, touch, 0, last);
 }
 
-double squared_distance_to_segment(const V3d& from, const V3d& to) {
+// Squared, how near two points come that move steadily between the times.
+double squared_approach(const V3d& from, const V3d& to) {
   const V3d way = to - from;
-  const double length = dot(way, way), along = -dot(from, way);
-  const double part = along <= 0 ? 0 : along >= length ? 1 : along / length;
-  const V3d nearest = from + way * part;
+  const double squared = dot(way, way);
+  const double t = squared > 0 ? std::clamp(-dot(from, way) / squared, 0.0, 1.0) : 0.0;
+  const V3d nearest = from + way * t;
   return dot(nearest, nearest);
 }
 
-// Whether the centres are farther apart than this all the time.
-bool stay_apart(const Sweep& a, const Sweep& b, double reach) {
-  const double knots[4] = {0, std::min(a.end, b.end), std::max(a.end, b.end), 1};
-  const double bent = 0.25 * (length(a.bend) + length(b.bend));
-  V3d from = b.center - a.center;
-  for (int i = 1; i < 4; ++i) {
-    const double dt = knots[i] - knots[i - 1];
-    if (dt <= 0) continue;
-    const V3d to = b.center_at(knots[i]) - a.center_at(knots[i]);
-    const double most = reach + bent * dt * dt;  // a parabola leaves its chord by no more
-    if (squared_distance_to_segment(from, to) <= most * most) return false;
+// Whether balls about the two moving centres stay apart.
+bool balls_pass(const Sweep& a, const Sweep& b, double radii) {
+  const double slack = 0.25 * (length(a.bend) + length(b.bend));
+  const double least = (radii + slack) * (radii + slack);
+  const auto between = [&](double t) {
+    return (b.center + b.way * std::min(t, b.end)) - (a.center + a.way * std::min(t, a.end));
+  };
+  V3d from = between(0);
+  double before = 0;
+  for (const double t : {std::min(a.end, b.end), std::max(a.end, b.end)}) {
+    if (t == before) continue;
+    const V3d to = between(t);
+    if (squared_approach(from, to) <= least) return false;
     from = to;
+    before = t;
+  }
+  return dot(from, from) > least;
+}
+
+// Whether both are fast, but not past each other, neither at the start of the step nor over it: the
+// contacts of its start do for such a pair (fast_touch) unless one of them stops.
+bool side_by_side(const StepContext& step, const FastPair& pair, const Sweep& a, const Sweep& b) {
+  const Bodies& bodies = *step.bodies;
+  if (!is_fast(bodies, pair.body_a) || !is_fast(bodies, pair.body_b)) return false;
+  const FastStart& start_a = step.fast->start[pair.body_a];
+  const FastStart& start_b = step.fast->start[pair.body_b];
+  const core::BodyMass &ma = bodies.mass[pair.body_a], &mb = bodies.mass[pair.body_b];
+  if (core::part_fast(ma, start_a.motion, mb, start_b.motion, step.dt)) return false;
+  const double turning =
+      start_a.angle * double(ma.turn_radius) + start_b.angle * double(mb.turn_radius);
+  return length(a.way - b.way) + turning <= std::min(core::safe_motion(ma), core::safe_motion(mb));
+}
+
+// Whether the pair has contacts, and what came nearer along their normals is what a body may do on
+// the word of contacts.
+bool held_by_contacts(const StepContext& step, const FastPair& pair, const Sweep& a,
+                      const Sweep& b) {
+  if (pair.row == core::kNone) return false;
+  const ContactPair& row = step.contacts->pairs[pair.row];
+  if (row.manifold_count == 0) return false;
+  const Bodies& bodies = *step.bodies;
+  const V3d way = b.way * b.end - a.way * a.end;
+  double safe = 1e300, turning = 0;
+  for (const BodyIndex body : {pair.body_a, pair.body_b}) {
+    if (!is_fast(bodies, body)) continue;
+    const core::BodyMass& mass = bodies.mass[body];
+    safe = std::min(safe, core::safe_motion(mass));
+    turning += step.fast->start[body].angle * double(mass.turn_radius);
+  }
+  for (std::uint32_t i = 0; i < row.manifold_count; ++i) {
+    const V3d normal = wide(step.contacts->manifolds[row.first_manifold + i].normal);
+    if (turning - dot(normal, way) > safe) return false;
   }
   return true;
 }
@@ -277,14 +318,18 @@ double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends&
 
   const double apart = length(sb.center - sa.center);
   const bool both_go = sa.end == 1 && sb.end == 1;
-  const double most = (both_go ? length(sb.way - sa.way) : length(sa.way) + length(sb.way)) +
-                      0.25 * (length(sa.bend) + length(sb.bend));
+  if (!pair.sensor) {
+    if (both_go && side_by_side(step, pair, sa, sb)) return kNever;
+    const bool swapped = a.body != pair.body_a;
+    if (held_by_contacts(step, pair, swapped ? sb : sa, swapped ? sa : sb)) return kNever;
+  }
   // A plane's or mesh's body may be all over the place: its radius says nothing, or everything.
-  if (b.type != ShapeType::plane && stay_apart(sa, sb, ma.radius + mb.radius + 1e-3)) return kNever;
+  if (b.type != ShapeType::plane && balls_pass(sa, sb, ma.radius + mb.radius + kTouchReach))
+    return kNever;
   add_turning(step, a.body, sa);
   add_turning(step, b.body, sb);
   if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
-  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart - most);
+  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart);
   const auto when = [&](const SweptShape& shape, const auto& other, double last) {
     return pair.sensor ? crossing_of(a, shape, other, touch, last)
                        : impact_of(a, shape, other, touch, last);

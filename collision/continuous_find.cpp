@@ -18,6 +18,7 @@ using core::ContactPair;
 using core::FastBodies;
 using core::FastPair;
 using core::FastStart;
+using core::ShapeType;
 
 // Faster kinematic bodies are foreseen by contacts alone: they cannot stop.
 bool is_fast_kinematic(const StepContext& step, BodyIndex body) {
@@ -42,14 +43,61 @@ bool is_fast_pair(const StepContext& step, const ContactPair& pair) {
   return fast || kinematic_may_cross(step, pair.body_a) || kinematic_may_cross(step, pair.body_b);
 }
 
+// The box of the ball about a body that holds its shapes.
+Reach reach_of(const StepContext& step, BodyIndex body) {
+  const Bodies& bodies = *step.bodies;
+  const Vec3& center = bodies.pose[body].center;
+  const double radius = bodies.mass[body].radius * (1 + 1e-6);
+  if (!bodies.is(body, core::kAwake))
+    return {center - Vec3::Constant(radius), center + Vec3::Constant(radius)};
+  const Vec3& velocity = bodies.motion[body].linear;
+  const bool fast = is_fast(bodies, body);
+  const FastStart* const start = fast ? &step.fast->start[body] : nullptr;
+  const Vec3 from = fast ? start->pose.center : Vec3(center - velocity * step.dt);
+  // A parabola leaves the line between its ends by an eighth of what its speed changes.
+  const double bent = fast ? 0.125 * step.dt * (velocity - start->motion.linear).norm() : 0;
+  const Vec3 slack = Vec3::Constant(radius + bent);
+  return {from.cwiseMin(center) - slack, from.cwiseMax(center) + slack};
+}
+
+void reach_of_awake(const StepContext& step, Task& task) {
+  std::vector<Reach>& reach = step.continuous->reach;
+  const std::vector<BodyIndex>& awake = step.bodies->awake;
+  const auto count = static_cast<std::uint32_t>(awake.size());
+  constexpr std::uint32_t kGrain = 512;
+  if (reach.size() < step.bodies->rows()) reach.resize(step.bodies->rows());
+  jobs::run_blocks(task, jobs::blocks_of(count, kGrain), [&](std::uint32_t block, std::uint32_t) {
+    const IndexRange range = jobs::items_of(block, kGrain, count);
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+      reach[awake[i]] = reach_of(step, awake[i]);
+  });
+}
+
+bool may_reach(const StepContext& step, const ContactPair& pair) {
+  const std::vector<Reach>& reach = step.continuous->reach;
+  for (const ColliderIndex collider : {pair.a, pair.b})
+    if (step.colliders->rows[collider].type == ShapeType::plane) return true;
+  const auto of = [&](BodyIndex body) {
+    return step.bodies->is(body, core::kAwake) ? reach[body] : reach_of(step, body);
+  };
+  const Reach a = of(pair.body_a), b = of(pair.body_b);
+  const double touch = kTouchReach;
+  return ((a.low.array() <= b.high.array() + touch) && (b.low.array() <= a.high.array() + touch))
+      .all();
+}
+
 void list_active_pairs(const StepContext& step, Task& task) {
   ContinuousScratch& scratch = *step.continuous;
   const core::ContactTable& contacts = *step.contacts;
   std::vector<FastPair>& pairs = step.fast->pairs;
+  reach_of_awake(step, task);
   scratch.rows.clear();
   scratch.filter.run(
       task, static_cast<std::uint32_t>(contacts.active.size()),
-      [&](std::uint32_t i) { return is_fast_pair(step, contacts.pairs[contacts.active[i]]); },
+      [&](std::uint32_t i) {
+        const ContactPair& pair = contacts.pairs[contacts.active[i]];
+        return is_fast_pair(step, pair) && may_reach(step, pair);
+      },
       scratch.rows);
   const auto count = static_cast<std::uint32_t>(scratch.rows.size());
   core::make_room(pairs, count);
@@ -58,9 +106,10 @@ void list_active_pairs(const StepContext& step, Task& task) {
   jobs::run_blocks(task, jobs::blocks_of(count, kGrain), [&](std::uint32_t block, std::uint32_t) {
     const IndexRange range = jobs::items_of(block, kGrain, count);
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const ContactPair& pair = contacts.pairs[contacts.active[scratch.rows[i]]];
+      const std::uint32_t row = contacts.active[scratch.rows[i]];
+      const ContactPair& pair = contacts.pairs[row];
       const bool sensor = pair.flags & core::kSensorPair;
-      pairs[i] = {pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor};
+      pairs[i] = {pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor, row};
     }
   });
 }

@@ -41,6 +41,14 @@ struct ForeseenStop {
   std::uint32_t pair = core::kNone;
 };
 
+// m: far above touch_gap() of bodies that collide.
+inline constexpr double kTouchReach = 1e-3;
+
+// Where a body may have been during a step, wherever it was stopped.
+struct Reach {
+  Vec3 low, high;  // m
+};
+
 // A collider that has left its fat box, with where it has been.
 struct ThrownBox {
   Aabb box;
@@ -61,6 +69,7 @@ class ContinuousScratch {
   std::vector<FastScratch> workers;
   // Of find_fast.
   jobs::RowFilter filter;
+  std::vector<Reach> reach;         // [body rows]; of awake bodies
   std::vector<std::uint32_t> rows;  // into ContactTable::active
   std::vector<ThrownBox> thrown;
   std::vector<std::uint64_t> keys, more_keys;
