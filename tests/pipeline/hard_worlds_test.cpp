@@ -158,5 +158,24 @@ TEST(HardWorlds, of_balls_and_boxes_at_any_speed_gain_no_energy_in_any_step) {
   }
 }
 
+// Four points of contact micrometres apart.
+TEST(HardWorlds, of_hulls_that_stand_on_blunt_tips_keep_them_above_the_ground) {
+  for (const double tip : {1e-3, 1e-4, 3e-5, 1e-5}) {
+    World world;
+    world.add_body({.type = BodyType::fixed, .shapes = {Plane{}}});
+    ConvexHull top;
+    for (const double x : {-1.0, 1.0})
+      for (const double z : {-1.0, 1.0}) {
+        top.points.emplace_back(tip * x, 0, tip * z);
+        top.points.emplace_back(0.6 * x, 0.7, 0.4 * z);
+      }
+    const BodyId body = world.add_body({.shapes = {top}, .position = {0, 0.001, 0}});
+    for (int n = 0; n < 240; ++n) {
+      EXPECT_TRUE(world.step(kDt).warnings.empty());
+      ASSERT_GT(world.pose(body).position.y(), -0.02) << "tip " << tip << " step " << n;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace skerry::test
