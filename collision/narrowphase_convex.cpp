@@ -348,6 +348,8 @@ V3d unpack(std::uint32_t packed) {
 constexpr double kRestingDepth = 0.05;  // of the smaller size
 
 Way way_out(const Core& a, const Core& b, std::uint32_t cache) {
+  // A surface is left to the front.
+  if (const Triangle* triangle = b.shape().triangle) return push(a, b, wide(-triangle->normal));
   if (cache != 0) {
     const Way way = push(a, b, unpack(cache));
     const double size = std::min(a.size() + a.radius(), b.size() + b.radius());
