@@ -18,7 +18,7 @@ struct CompareOptions {
   Axes axes;
   std::vector<double> host_ms = {0, 2, 4, 8, 12};
   HostShape host_shape = HostShape::serial;
-  int reps = 5;               // of either part, rows interleaved
+  int reps = 5;               // of the frames, rows interleaved
   std::uint64_t steps = 30;   // timed, per repetition
   std::uint64_t warmup = 30;  // simulated first, so that a typical state is timed
   std::uint64_t frame_warmup =
@@ -28,6 +28,9 @@ struct CompareOptions {
   bool one_at_a_time = false;    // also frames with one setting changed at a time
   double detail_host_ms = 4;     // the nearest host load is shown in detail: timelines, settings
   bool sleep = false;
+  // Repetitions of the steps: nearly twice as many, as they are short; odd, so that a median of
+  // them is one that was seen.
+  int step_reps() const { return 2 * reps - 1; }
   std::optional<int> substeps = std::nullopt;
   std::optional<double> dt = std::nullopt;
 };
@@ -42,8 +45,8 @@ struct ThroughputRow {
   Strategy strategy;
   std::vector<double> rep_ms;      // mean step of each repetition, all of them
   Summary step_ms;                 // over the repetitions that count
-  Estimate rep_median_ms;          // median over repetitions
-  Estimate speed_up;               // over serial in the same repetition
+  Estimate typical_ms;             // of a step: bootstrap_typical()
+  Estimate speed_up;               // typical step of serial over this row's: bootstrap_ratio()
   double cpu_ms_per_step = 0;      // of the process
   double idle_ms_per_step = 0;     // of all workers: at barriers, for work, for wake-ups
   double blocked_ms_per_step = 0;  // of the caller

@@ -61,7 +61,7 @@ SceneSeconds estimate(const SceneCost& cost, const CompareOptions& options, doub
   const double rep =
       warm + steps * cost.step_s + (steps + static_cast<double>(options.warmup)) * cost.hash_s;
   seconds.throughput =
-      rows * (options.reps * rep + warm + kAnalysedSteps * cost.step_s + kIdleWatch);
+      rows * (options.step_reps() * rep + warm + kAnalysedSteps * cost.step_s + kIdleWatch);
   if (options.frames == 0 || options.host_ms.empty()) return seconds;
   const double settle = cost.build_s + static_cast<double>(options.frame_warmup) * cost.step_s;
   double all_loads = 0;

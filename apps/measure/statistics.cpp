@@ -32,6 +32,33 @@ void append_runs(const std::vector<double>& from, std::mt19937_64& random,
   }
 }
 
+using Draw = std::vector<std::size_t>;  // repetitions, some of them more than once
+
+double typical(const Repetitions& repetitions, const Draw& draw) {
+  std::vector<double> of_place(draw.size()), medians;
+  for (std::size_t place = 0; place < repetitions.front().size(); ++place) {
+    for (std::size_t i = 0; i < draw.size(); ++i) of_place[i] = repetitions[draw[i]][place];
+    medians.push_back(median(of_place));
+  }
+  return mean(medians);
+}
+
+// The figure of each repetition once, and of kResamples random draws.
+template <class Figure>
+Estimate bootstrap_draws(std::size_t repetitions, const Figure& figure) {
+  if (repetitions == 0) return {};
+  Draw drawn(repetitions);
+  std::iota(drawn.begin(), drawn.end(), std::size_t{0});
+  const double value = figure(drawn);
+  std::mt19937_64 random(kSeed);
+  std::vector<double> resampled(kResamples);
+  for (double& result : resampled) {
+    for (std::size_t& repetition : drawn) repetition = draw(random, repetitions);
+    result = figure(drawn);
+  }
+  return interval(value, resampled);
+}
+
 }  // namespace
 
 double mean(std::span<const double> values) {
@@ -95,16 +122,15 @@ Estimate bootstrap_percentile(const Repetitions& repetitions, double q) {
   });
 }
 
-Estimate bootstrap_median(const std::vector<double>& per_repetition) {
-  if (per_repetition.empty()) return {};
-  std::mt19937_64 random(kSeed);
-  std::vector<double> resampled(kResamples);
-  std::vector<double> values(per_repetition.size());
-  for (double& result : resampled) {
-    for (double& value : values) value = per_repetition[draw(random, per_repetition.size())];
-    result = median(values);
-  }
-  return interval(median(per_repetition), resampled);
+Estimate bootstrap_typical(const Repetitions& repetitions) {
+  return bootstrap_draws(repetitions.size(),
+                         [&](const Draw& draw) { return typical(repetitions, draw); });
+}
+
+Estimate bootstrap_ratio(const Repetitions& dividend, const Repetitions& divisor) {
+  return bootstrap_draws(std::min(dividend.size(), divisor.size()), [&](const Draw& draw) {
+    return typical(dividend, draw) / typical(divisor, draw);
+  });
 }
 
 double karp_flatt(double speed_up, int workers) {

@@ -39,8 +39,14 @@ std::vector<double> pooled(const Repetitions& repetitions);
 // same values give the same interval.
 Estimate bootstrap(const Repetitions& repetitions, const Statistic& statistic);
 Estimate bootstrap_percentile(const Repetitions& repetitions, double q);
-// Of one figure per repetition: repetitions alone are drawn.
-Estimate bootstrap_median(const std::vector<double>& per_repetition);
+
+// For values that stand for the same work in each repetition, all of one length: for each place the
+// median over repetitions, and the mean of these medians. What disturbs one repetition for a while
+// moves nothing. Intervals: repetitions alone are drawn.
+Estimate bootstrap_typical(const Repetitions& repetitions);
+// Of two such figures; a repetition of one belongs to the same repetition of the other and both are
+// drawn together. No repetitions: 0.
+Estimate bootstrap_ratio(const Repetitions& dividend, const Repetitions& divisor);
 
 // The serial share of the work that explains the speed-up S on p workers (Karp and Flatt, CACM 33,
 // 1990): (1/S - 1/p) / (1 - 1/p). 0 for one worker; below 0 for a speed-up above p.

@@ -36,9 +36,9 @@ class Throughput {
 
   void run(const Watcher& watcher) {
     const std::size_t rows = reps_.size();
-    const std::size_t units = static_cast<std::size_t>(options_.reps + 1) * rows;
+    const std::size_t units = static_cast<std::size_t>(options_.step_reps() + 1) * rows;
     std::size_t unit = 0;
-    for (int rep = 0; rep < options_.reps; ++rep) {
+    for (int rep = 0; rep < options_.step_reps(); ++rep) {
       const MachineLoad load;
       for (std::size_t i = 0; i < rows; ++i) {
         // Each row is first, second, ... in turn.
@@ -181,20 +181,19 @@ class Throughput {
 
   void summarize_row(std::size_t index, const std::vector<bool>& counts) {
     ThroughputRow& row = result_.throughput[index];
-    std::vector<double> steps, rep_ms, speed_ups;
+    Repetitions steps, serial_steps;
     double made = 0;
     for (std::size_t rep = 0; rep < counts.size(); ++rep) {
       if (!counts[rep]) continue;
       const RowRep& values = reps_[index][rep];
-      steps.insert(steps.end(), values.step_ms.begin(), values.step_ms.end());
-      rep_ms.push_back(row.rep_ms[rep]);
-      speed_ups.push_back(result_.throughput[0].rep_ms[rep] / row.rep_ms[rep]);
+      steps.push_back(values.step_ms);
+      serial_steps.push_back(reps_[0][rep].step_ms);
       made += static_cast<double>(values.step_ms.size());
       add(values, row);
     }
-    row.step_ms = summarize(steps);
-    row.rep_median_ms = bootstrap_median(rep_ms);
-    row.speed_up = bootstrap_median(speed_ups);
+    row.step_ms = summarize(pooled(steps));
+    row.typical_ms = bootstrap_typical(steps);
+    row.speed_up = bootstrap_ratio(serial_steps, steps);
     if (made > 0) scale(1 / made, row);
   }
 

@@ -39,8 +39,8 @@ class Comparer {
     compare(what + ": speed-up over serial", estimate(before.at("speed_up")),
             estimate(now.at("speed_up")), false);
     if (!result_.same_machine) return;
-    compare(what + ": step, ms", estimate(before.at("rep_median_ms")),
-            estimate(now.at("rep_median_ms")), true);
+    compare(what + ": step, ms", estimate(before.at("typical_ms")), estimate(now.at("typical_ms")),
+            true);
   }
 
   void frames(const std::string& scene, const Json& before, const Json& now) {

@@ -20,7 +20,8 @@ std::string cell(const Json& scene, const Json& recommendation) {
   std::string out = fmt::format("<div class=cell data-load=\"{}\"><div>",
                                 load_text(recommendation.at("host_ms")));
   if (best.empty()) return out + "</div></div>";
-  if (recommendation.at("holding").empty()) {
+  const auto holding = recommendation.at("holding").size(), edge = recommendation.at("edge").size();
+  if (holding + edge == 0) {
     return out +
            fmt::format(
                "<span class=bad>none holds {}</span><small>{} misses least</small></div></div>",
@@ -31,9 +32,9 @@ std::string cell(const Json& scene, const Json& recommendation) {
   for (std::size_t i = 1; i < best.size(); ++i) out += " " + chip_of(scene, best[i]);
   out +=
       fmt::format("<small>input after {} ms</small>", number(recommendation.at("input_p95_ms"), 1));
-  const auto holding = recommendation.at("holding").size();
   out += fmt::format("<small>{} of {} hold {}</small>", holding,
                      recommendation.at("modes").get<std::size_t>(), rate_text(scene));
+  if (edge > 0) out += fmt::format("<small>{} at its edge</small>", edge);
   return out + "</div></div>";
 }
 
@@ -65,7 +66,9 @@ std::string answer(const Json& results) {
       "<section class=card id=answer><h2 style=\"margin-top:0\">The answer</h2>\n<p>Find the scene "
       "that is most like your game, and the milliseconds that your main thread works per frame "
       "beside physics. Of the modes that hold the frame rate, the one whose input becomes visible "
-      "soonest (95th percentile) is filled; outlined ones cannot be told apart from it.</p>\n"
+      "soonest (95th percentile) is filled; outlined ones cannot be told apart from it. A rate is "
+      "held if 19 of 20 frames end before the next is due; a mode whose interval reaches to both "
+      "sides of that is at its edge.</p>\n"
       "<div class=answer style=\"--loads:{}\">\n{}{}</div></section>\n",
       loads, head, rows);
 }
@@ -93,7 +96,7 @@ std::string trust(const Json& results) {
   out +=
       "<li>Intervals are 95 % bootstrap intervals over repetitions. A ranking is claimed only "
       "where "
-      "intervals do not overlap and figures differ by 3 % or more.</li>\n";
+      "intervals do not overlap and figures differ by 5 % or more.</li>\n";
   if (!results.at("cut").get<std::string>().empty()) {
     out += fmt::format("<li>To save time: {}.</li>\n", escaped(results.at("cut")));
   }

@@ -64,7 +64,7 @@ Json throughput_json(const measure::ThroughputRow& row, double dt) {
   Json json = strategy_json(row.strategy);
   json["step_ms"] = to_json(row.step_ms);
   json["rep_mean_ms"] = row.rep_ms;
-  json["rep_median_ms"] = estimate_json(row.rep_median_ms);
+  json["typical_ms"] = estimate_json(row.typical_ms);
   json["speed_up"] = estimate_json(row.speed_up);
   json["efficiency"] = row.speed_up.value / row.strategy.workers;
   json["karp_flatt"] = row.strategy.workers > 1
@@ -93,7 +93,19 @@ Json throughput_json(const measure::ThroughputRow& row, double dt) {
   return json;
 }
 
-Json frame_json(const FrameRow& row) {
+const char* text_of(measure::FrameRate rate) {
+  switch (rate) {
+    case measure::FrameRate::held:
+      return "held";
+    case measure::FrameRate::edge:
+      return "edge";
+    case measure::FrameRate::lost:
+      break;
+  }
+  return "lost";
+}
+
+Json frame_json(const FrameRow& row, double dt) {
   double cpu_ms = 0, switches = 0, forced = 0;
   std::uint64_t missed = 0, dropped = 0;
   for (const FrameSamples& rep : row.reps) {
@@ -108,7 +120,7 @@ Json frame_json(const FrameRow& row) {
   json["host_ms"] = row.host_ms;
   json["frames"] = row.frames();
   json["gave_up"] = row.gave_up;
-  json["holds_rate"] = measure::holds_rate(row);
+  json["frame_rate"] = text_of(measure::frame_rate(row, dt));
   json["missed"] = missed;
   json["missed_share"] = row.missed_share();
   json["frame_ms"] = distribution(row.values(&FrameSamples::latency_ms));
@@ -154,13 +166,20 @@ Json timeline_json(const FrameRow& row, const measure::FrameTimeline& timeline) 
 }
 
 Json recommendation_json(const measure::LoadVerdict& verdict) {
-  Json json = {{"host_ms", verdict.host_ms},       {"modes", verdict.modes},
-               {"holding", verdict.holding},       {"best", verdict.best},
-               {"input_p95_ms", verdict.input_ms}, {"frame_p95_ms", verdict.best_frame_ms}};
+  Json json = {{"host_ms", verdict.host_ms},
+               {"modes", verdict.modes},
+               {"holding", verdict.holding},
+               {"edge", verdict.edge},
+               {"best", verdict.best},
+               {"input_p95_ms", verdict.input_ms},
+               {"frame_p95_ms", verdict.best_frame_ms}};
   json["shortest_frames"] = verdict.shortest ? Json{{"label", *verdict.shortest},
                                                     {"frame_p95_ms", verdict.shortest_frame_ms},
                                                     {"input_p95_ms", verdict.shortest_input_ms}}
                                              : Json(nullptr);
+  json["sooner_input"] =
+      verdict.sooner ? Json{{"label", *verdict.sooner}, {"input_p95_ms", verdict.sooner_input_ms}}
+                     : Json(nullptr);
   return json;
 }
 
@@ -289,12 +308,13 @@ Json to_json(const measure::SceneComparison& comparison) {
     json["throughput"].push_back(throughput_json(row, comparison.dt));
   }
   for (const auto& row : comparison.frames) {
-    json["frames"].push_back(frame_json(row));
+    json["frames"].push_back(frame_json(row, comparison.dt));
     if (const auto* timeline = typical(row)) {
       json["timelines"].push_back(timeline_json(row, *timeline));
     }
   }
-  for (const auto& row : comparison.one_at_a_time) json["settings"].push_back(frame_json(row));
+  for (const auto& row : comparison.one_at_a_time)
+    json["settings"].push_back(frame_json(row, comparison.dt));
   return json;
 }
 

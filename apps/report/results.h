@@ -12,7 +12,7 @@
 
 namespace skerry::report {
 
-inline constexpr int kResultsVersion = 2;
+inline constexpr int kResultsVersion = 3;
 
 // A document without scenes. `command` is shown as the way to reproduce it.
 Json begin_results(const std::string& command, const measure::CompareOptions& options);

@@ -272,11 +272,11 @@ TEST(SkerryCompare, holds_all_modes_against_serial) {
   EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const json results = json::parse(read_file(scratch / "new/results/results.json"));
   EXPECT_EQ(results.at("format"), "skerry-compare");
-  EXPECT_EQ(results.at("version"), 2);
+  EXPECT_EQ(results.at("version"), 3);
   EXPECT_EQ(results.at("equal"), true);
   ASSERT_EQ(results.at("scenes").size(), 2u);
   for (const json& scene : results.at("scenes")) {
-    EXPECT_EQ(scene.at("throughput_repetitions").at("made"), 2);
+    EXPECT_EQ(scene.at("throughput_repetitions").at("made"), 3);
     EXPECT_EQ(scene.at("throughput").size(), 5u);
     EXPECT_EQ(scene.at("frames").size(), 10u);
     EXPECT_FALSE(scene.at("verdict").empty());

@@ -44,13 +44,35 @@ TEST(Bootstrap, sees_that_repetitions_differ_though_each_is_steady) {
 }
 
 TEST(Bootstrap, of_few_repetitions_reaches_to_their_extremes) {
-  const Estimate estimate = bootstrap_median({1, 2, 3, 4, 5});
+  const Estimate estimate = bootstrap_typical({{1}, {2}, {3}, {4}, {5}});
   EXPECT_EQ(estimate.value, 3);
   EXPECT_EQ(estimate.low, 1);
   EXPECT_EQ(estimate.high, 5);
-  EXPECT_EQ(bootstrap_median({}).value, 0);
+  EXPECT_EQ(bootstrap_typical({}).value, 0);
+  EXPECT_EQ(bootstrap_ratio({}, {}).value, 0);
   EXPECT_TRUE(overlap({1, 0, 2}, {3, 2, 4}));
   EXPECT_FALSE(overlap({1, 0, 2}, {3, 2.1, 4}));
+}
+
+// Steps differ from each other far more than repetitions do; in each repetition something else
+// disturbs a third of the steps.
+TEST(Bootstrap, of_the_same_steps_is_not_moved_by_what_disturbs_each_repetition_elsewhere) {
+  Repetitions serial, faster;
+  for (std::size_t rep = 0; rep < 9; ++rep) {
+    for (Repetitions* row : {&serial, &faster}) {
+      std::vector<double>& steps = row->emplace_back();
+      const double cost = row == &serial ? 1 : 0.5;
+      for (std::size_t step = 0; step < 30; ++step) {
+        const bool disturbed = (step + rep) % 9 < 3;
+        steps.push_back(cost * double(1 + step % 7) * (disturbed ? 3 : 1));
+      }
+    }
+  }
+  const Estimate ratio = bootstrap_ratio(serial, faster);
+  EXPECT_DOUBLE_EQ(ratio.value, 2);
+  const Estimate step = bootstrap_typical(serial);
+  EXPECT_LT(step.value, 4.2);  // 3.9 undisturbed, 6.5 the mean of all
+  EXPECT_LT(step.low, 4.2);
 }
 
 TEST(KarpFlatt, is_the_serial_share) {
@@ -96,8 +118,8 @@ SceneComparison made_up() {
                        frames(ThreadingMode::fork_join, 2, 7, 7),
                        frames(ThreadingMode::job_system, 2, 7.1, 7.1),
                        frames(ThreadingMode::dedicated_thread, 12, 12.5, 45),
-                       frames(ThreadingMode::fork_join, 12, 18, 18, 15),
-                       frames(ThreadingMode::job_system, 12, 15, 15, 4)};
+                       frames(ThreadingMode::fork_join, 12, 18, 18),
+                       frames(ThreadingMode::job_system, 12, 17, 17)};
   return comparison;
 }
 
@@ -129,9 +151,28 @@ TEST(Verdict, recommends_the_soonest_input_among_those_that_hold_the_rate) {
   EXPECT_EQ(verdicts[0].holding.size(), 3u);
   ASSERT_TRUE(verdicts[0].shortest.has_value());
   EXPECT_EQ(*verdicts[0].shortest, "dedicated_thread");
-  // 4 of 20 frames late in each repetition: job_system's sooner input does not count.
+  // Most frames late: job_system's sooner input does not count.
   EXPECT_EQ(verdicts[1].holding, (std::vector<std::string>{"dedicated_thread"}));
   EXPECT_EQ(verdicts[1].best, (std::vector<std::string>{"dedicated_thread"}));
+}
+
+TEST(Verdict, claims_no_frame_rate_that_the_interval_leaves_open) {
+  SceneComparison comparison = made_up();
+  comparison.frames = {frames(ThreadingMode::dedicated_thread, 8, 9, 40),
+                       frames(ThreadingMode::fork_join, 8, 15.9, 15.9),
+                       frames(ThreadingMode::job_system, 8, 19, 19)};
+  const FrameRow& at_edge = comparison.frames[1];
+  EXPECT_EQ(frame_rate(comparison.frames[0], comparison.dt), FrameRate::held);
+  EXPECT_EQ(frame_rate(at_edge, comparison.dt), FrameRate::edge);
+  EXPECT_EQ(frame_rate(comparison.frames[2], comparison.dt), FrameRate::lost);
+  EXPECT_TRUE(says(comparison,
+                   "dedicated_thread holds 60 Hz, fork_join is at its edge. Use dedicated_thread"));
+  EXPECT_TRUE(says(comparison, "fork_join would show input after 16."));
+  comparison.frames[0] = frames(ThreadingMode::dedicated_thread, 8, 20, 40);
+  EXPECT_TRUE(says(comparison,
+                   "no mode surely holds 60 Hz, fork_join is at its edge. Use fork_join: input"));
+  comparison.frames[1].gave_up = true;
+  EXPECT_TRUE(says(comparison, "no mode holds 60 Hz;"));
 }
 
 TEST(Verdict, says_where_modes_cross_over) {
