@@ -344,12 +344,14 @@ V3d unpack(std::uint32_t packed) {
   return n * (1 / length(n));
 }
 
-// Of a resting contact the last normal is pushed and nothing else tried, unless it has become deep.
+// Of a resting contact the last normal (on a surface: the triangle's) is pushed and nothing else
+// tried, unless it has become deep.
 constexpr double kRestingDepth = 0.05;  // of the smaller size
 
 Way way_out(const Core& a, const Core& b, std::uint32_t cache) {
-  if (cache != 0) {
-    const Way way = push(a, b, unpack(cache));
+  const Triangle* triangle = b.shape().triangle;  // surfaces are left to the front
+  if (cache != 0 || triangle != nullptr) {
+    const Way way = push(a, b, triangle != nullptr ? wide(-triangle->normal) : unpack(cache));
     const double size = std::min(a.size() + a.radius(), b.size() + b.radius());
     if (way.depth + a.radius() + b.radius() < kRestingDepth * size) return way;
   }
