@@ -46,6 +46,14 @@ struct alignas(64) WorkerScratch {
   std::vector<std::uint32_t> triangles;
 };
 
+// m: far above touch_gap() of bodies that collide.
+constexpr double kTouchReach = 1e-3;
+
+// Where a body may have been during a step, wherever it was stopped.
+struct Reach {
+  Vec3 low, high;  // m
+};
+
 }  // namespace
 
 class ContinuousScratch {
@@ -55,6 +63,7 @@ class ContinuousScratch {
   std::vector<WorkerScratch> workers;
   std::vector<ColliderIndex> found;
   std::vector<ThrownBox> thrown;
+  std::vector<Reach> reach;                                  // [body rows]; of awake bodies
   std::vector<Meeting> meetings;                             // a heap, earliest first
   std::vector<std::uint32_t> version;                        // [pairs]
   std::vector<std::pair<BodyIndex, std::uint32_t>> of_body;  // (fast body, pair of two fast ones)
@@ -273,6 +282,71 @@ double crossing_of(const Collider& collider, SweptShape a, Other b, double touch
   return first_near(a, b, touch, 0, last);
 }
 
+// Squared, how near two points come that move steadily between the times.
+double squared_approach(const V3d& from, const V3d& to) {
+  const V3d way = to - from;
+  const double squared = dot(way, way);
+  const double t = squared > 0 ? std::clamp(-dot(from, way) / squared, 0.0, 1.0) : 0.0;
+  const V3d nearest = from + way * t;
+  return dot(nearest, nearest);
+}
+
+// Whether balls about the two moving centres stay apart.
+bool balls_pass(const Sweep& a, const Sweep& b, double radii) {
+  const double slack = 0.25 * (length(a.bend) + length(b.bend));
+  const double least = (radii + slack) * (radii + slack);
+  const auto between = [&](double t) {
+    return (b.center + b.way * std::min(t, b.end)) - (a.center + a.way * std::min(t, a.end));
+  };
+  V3d from = between(0);
+  double before = 0;
+  for (const double t : {std::min(a.end, b.end), std::max(a.end, b.end)}) {
+    if (t == before) continue;
+    const V3d to = between(t);
+    if (squared_approach(from, to) <= least) return false;
+    from = to;
+    before = t;
+  }
+  return dot(from, from) > least;
+}
+
+// Whether both are fast, but not past each other, neither at the start of the step nor over it: the
+// contacts of its start do for such a pair (fast_touch) unless one of them stops.
+bool side_by_side(const StepContext& step, const FastPair& pair, const Sweep& a, const Sweep& b) {
+  const Bodies& bodies = *step.bodies;
+  if (!is_fast(bodies, pair.body_a) || !is_fast(bodies, pair.body_b)) return false;
+  const FastStart& start_a = step.fast->start[pair.body_a];
+  const FastStart& start_b = step.fast->start[pair.body_b];
+  const core::BodyMass &ma = bodies.mass[pair.body_a], &mb = bodies.mass[pair.body_b];
+  if (core::part_fast(ma, start_a.motion, mb, start_b.motion, step.dt)) return false;
+  const double turning =
+      start_a.angle * double(ma.turn_radius) + start_b.angle * double(mb.turn_radius);
+  return length(a.way - b.way) + turning <= std::min(core::safe_motion(ma), core::safe_motion(mb));
+}
+
+// Whether the pair has contacts, and what came nearer along their normals is what a body may do on
+// the word of contacts.
+bool held_by_contacts(const StepContext& step, const FastPair& pair, const Sweep& a,
+                      const Sweep& b) {
+  if (pair.row == core::kNone) return false;
+  const ContactPair& row = step.contacts->pairs[pair.row];
+  if (row.manifold_count == 0) return false;
+  const Bodies& bodies = *step.bodies;
+  const V3d way = b.way * b.end - a.way * a.end;
+  double safe = 1e300, turning = 0;
+  for (const BodyIndex body : {pair.body_a, pair.body_b}) {
+    if (!is_fast(bodies, body)) continue;
+    const core::BodyMass& mass = bodies.mass[body];
+    safe = std::min(safe, core::safe_motion(mass));
+    turning += step.fast->start[body].angle * double(mass.turn_radius);
+  }
+  for (std::uint32_t i = 0; i < row.manifold_count; ++i) {
+    const V3d normal = wide(step.contacts->manifolds[row.first_manifold + i].normal);
+    if (turning - dot(normal, way) > safe) return false;
+  }
+  return true;
+}
+
 double impact_of_pair(const StepContext& step, const FastPair& pair,
                       std::vector<std::uint32_t>& triangles) {
   const Bodies& bodies = *step.bodies;
@@ -295,14 +369,18 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
 
   const double apart = length(sb.center - sa.center);
   const bool both_go = sa.end == 1 && sb.end == 1;
-  const double most = (both_go ? length(sb.way - sa.way) : length(sa.way) + length(sb.way)) +
-                      0.25 * (length(sa.bend) + length(sb.bend));
+  if (!pair.sensor) {
+    if (both_go && side_by_side(step, pair, sa, sb)) return kNever;
+    const bool swapped = a.body != pair.body_a;
+    if (held_by_contacts(step, pair, swapped ? sb : sa, swapped ? sa : sb)) return kNever;
+  }
   // A plane's or mesh's body may be all over the place: its radius says nothing, or everything.
-  if (b.type != ShapeType::plane && apart - most > ma.radius + mb.radius + 1e-3) return kNever;
+  if (b.type != ShapeType::plane && balls_pass(sa, sb, ma.radius + mb.radius + kTouchReach))
+    return kNever;
   add_turning(step, a.body, sa);
   add_turning(step, b.body, sb);
   if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
-  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart - most);
+  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart);
   const auto when = [&](const SweptShape& shape, const auto& other, double last) {
     return pair.sensor ? crossing_of(a, shape, other, touch, last)
                        : impact_of(a, shape, other, touch, last);
@@ -323,8 +401,44 @@ bool kinematic_may_cross(const StepContext& step, BodyIndex body) {
   return step.settings->continuous && is_fast_kinematic(step, body);
 }
 
+// The box of the ball about a body that holds its shapes.
+Reach reach_of(const StepContext& step, BodyIndex body) {
+  const Bodies& bodies = *step.bodies;
+  const Vec3& center = bodies.pose[body].center;
+  const double radius = bodies.mass[body].radius * (1 + 1e-6);
+  if (!bodies.is(body, core::kAwake))
+    return {center - Vec3::Constant(radius), center + Vec3::Constant(radius)};
+  const Vec3& velocity = bodies.motion[body].linear;
+  const bool fast = is_fast(bodies, body);
+  const FastStart* const start = fast ? &step.fast->start[body] : nullptr;
+  const Vec3 from = fast ? start->pose.center : Vec3(center - velocity * step.dt);
+  // A parabola leaves the line between its ends by an eighth of what its speed changes.
+  const double bent = fast ? 0.125 * step.dt * (velocity - start->motion.linear).norm() : 0;
+  const Vec3 slack = Vec3::Constant(radius + bent);
+  return {from.cwiseMin(center) - slack, from.cwiseMax(center) + slack};
+}
+
+void reach_of_awake(const StepContext& step, std::vector<Reach>& reach) {
+  if (reach.size() < step.bodies->rows()) reach.resize(step.bodies->rows());
+  for (const BodyIndex body : step.bodies->awake) reach[body] = reach_of(step, body);
+}
+
+bool may_reach(const StepContext& step, const std::vector<Reach>& reach, const ContactPair& pair) {
+  for (const ColliderIndex collider : {pair.a, pair.b})
+    if (step.colliders->rows[collider].type == ShapeType::plane) return true;
+  const auto of = [&](BodyIndex body) {
+    return step.bodies->is(body, core::kAwake) ? reach[body] : reach_of(step, body);
+  };
+  const Reach a = of(pair.body_a), b = of(pair.body_b);
+  const double touch = kTouchReach;
+  return ((a.low.array() <= b.high.array() + touch) && (b.low.array() <= a.high.array() + touch))
+      .all();
+}
+
 void add_active_pairs(const StepContext& step) {
   const Bodies& bodies = *step.bodies;
+  std::vector<Reach>& reach = step.continuous->reach;
+  reach_of_awake(step, reach);
   for (const std::uint32_t row : step.contacts->active) {
     const ContactPair& pair = step.contacts->pairs[row];
     const bool sensor = pair.flags & core::kSensorPair;
@@ -337,7 +451,8 @@ void add_active_pairs(const StepContext& step) {
     } else if (!fast || !may_meet(step, pair.body_a, pair.body_b)) {
       continue;
     }
-    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor});
+    if (!may_reach(step, reach, pair)) continue;
+    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor, row});
   }
 }
 

@@ -117,8 +117,9 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
 }
 
 void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scratch) {
-  const PairFrame frame = pair_frame(step, pair);
-  if (out_of_reach(step, pair, frame)) return clear_contact(pair);
+  const PairApproach approach = pair_approach(step, pair);
+  if (out_of_reach(step, pair, approach)) return clear_contact(pair);
+  const PairFrame frame = pair_frame(step, pair, approach);
   PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
   placed.query.memory = &step.contacts->axis_memory[pair.first_manifold];
@@ -198,39 +199,40 @@ void flush(const StepContext& step, WorkerScratch& scratch) {
   scratch.batched = 0;
 }
 
-// The batch will read what was there before long after its last pair is gathered.
-void prefetch(const core::Manifold& manifold) {
-  const char* first = reinterpret_cast<const char*>(&manifold);
-  for (std::size_t line = 0; line < sizeof manifold; line += 64)
-    __builtin_prefetch(first + line, 1);
-}
-
 void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scratch) {
   const int lane = scratch.batched++;
   const ContactPair& pair = step.contacts->pairs[row];
   scratch.rows[lane] = row;
   scratch.frames[lane] = pair_frame(step, pair);
+  // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
   gather(step, pair, scratch.frames[lane], scratch.batch, lane);
   if (scratch.batched == BoxBatch::kSize) flush(step, scratch);
 }
 
+// Pairs ahead whose data is fetched: what a few of them cost is as long as memory takes.
+constexpr std::uint32_t kAhead = 6;
+
 }  // namespace
 
 void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task) {
   WorkerScratch& scratch = step.narrowphase->worker(task.worker());
+  const std::vector<std::uint32_t>& active = step.contacts->active;
   for (std::uint32_t i = active_pairs.begin; i < active_pairs.end; ++i) {
-    const std::uint32_t row = step.contacts->active[i];
+    const std::uint32_t row = active[i];
     ContactPair& pair = step.contacts->pairs[row];
     if (!may_touch(step, pair)) {
       clear_contact(pair);
       continue;
     }
     const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
-    if (a == ShapeType::box && b == ShapeType::box)
+    if (a == ShapeType::box && b == ShapeType::box) {
       add_to_batch(step, row, scratch);
-    else
-      collide_pair(step, pair, scratch);
+      continue;
+    }
+    if (i + kAhead < active_pairs.end)
+      prefetch_pair(step, step.contacts->pairs[active[i + kAhead]]);
+    collide_pair(step, pair, scratch);
   }
   flush(step, scratch);
 }

@@ -81,37 +81,53 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
 }
 
+void fetch(const void* line) { __builtin_prefetch(line); }
+
+inline PairApproach approach_of(const StepContext& step, const core::ContactPair& pair) {
+  const core::Bodies& bodies = *step.bodies;
+  PairApproach approach = {{0, 0, 0}, {0, 0, 0}, 0};
+  approach.between = difference(bodies.pose[pair.body_b].center, bodies.pose[pair.body_a].center);
+  if (pair.flags & core::kSensorPair) return approach;
+  approach.velocity =
+      difference(bodies.motion[pair.body_b].linear, bodies.motion[pair.body_a].linear);
+  approach.margin = kSpeculativeDistance +
+                    core::rounded_to_float(step.dt) * closing_bound(step, pair, approach.velocity);
+  return approach;
+}
+
 // See Query::touch.
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
   const core::Bodies& bodies = *step.bodies;
-  bool fast = false;
+  int fast = 0;
   for (const core::BodyIndex body : {pair.body_a, pair.body_b}) {
     const std::uint32_t flags = bodies.flags[body];
     if (!(flags & (core::kContinuous | core::kKinematic)) || !(flags & core::kAwake)) continue;
     if (!core::moves_fast(bodies, body, step.dt)) continue;
     if (flags & core::kKinematic) return kNoTouch;  // it will not stop for anybody
-    fast = true;
+    ++fast;
   }
-  if (!fast) return kNoTouch;
+  if (fast == 0) return kNoTouch;
+  const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
+  if (fast == 2 &&
+      !core::part_fast(a, bodies.motion[pair.body_a], b, bodies.motion[pair.body_b], step.dt))
+    return kNoTouch;
   const ShapeType type_a = step.colliders->rows[pair.a].type;
   const ShapeType type_b = step.colliders->rows[pair.b].type;
   // Nothing is swept against a height field: its contacts must foresee.
   if (type_a == ShapeType::height_field || type_b == ShapeType::height_field) return kNoTouch;
-  const core::BodyMass &a = bodies.mass[pair.body_a], &b = bodies.mass[pair.body_b];
   const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
-}  // namespace
-
-PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
+inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair,
+                          const PairApproach& approach) {
   const Collider& a = step.colliders->rows[pair.a];
   const Collider& b = step.colliders->rows[pair.b];
   const BodyPose& pose_a = step.bodies->pose[pair.body_a];
   const BodyPose& pose_b = step.bodies->pose[pair.body_b];
 
   PairFrame frame;
-  frame.between = difference(pose_b.center, pose_a.center);
+  frame.between = approach.between;
   frame.rotation_a = to_float(pose_a.orientation);
   frame.rotation_b = to_float(pose_b.orientation);
   frame.center_a = {0, 0, 0};
@@ -127,21 +143,51 @@ PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
   if (pair.flags & core::kSensorPair) return frame;
   const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
   const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
-  const V3f relative = difference(motion_b.linear, motion_a.linear);
   frame.dt = core::rounded_to_float(step.dt);
-  frame.linear = relative - cross(to_float(motion_b.angular), frame.between);
+  frame.linear = approach.velocity - cross(to_float(motion_b.angular), frame.between);
   frame.angular = difference(motion_b.angular, motion_a.angular);
   frame.slop = kSpeculativeDistance;
-  frame.margin = kSpeculativeDistance + frame.dt * closing_bound(step, pair, relative);
+  frame.margin = approach.margin;
   if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
   return frame;
 }
 
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame) {
+}  // namespace
+
+void prefetch(const Manifold& manifold) {
+  const char* first = reinterpret_cast<const char*>(&manifold);
+  for (std::size_t line = 0; line < sizeof manifold; line += 64)
+    __builtin_prefetch(first + line, 1);
+}
+
+void prefetch_pair(const StepContext& step, const core::ContactPair& pair) {
+  // Pairs come in the order of a: only b is somewhere else each time.
+  fetch(&step.bodies->pose[pair.body_b]);
+  fetch(&step.bodies->motion[pair.body_b].linear);
+  fetch(&step.bodies->motion[pair.body_b].angular);
+  fetch(&step.colliders->rows[pair.b].type);
+  fetch(&step.colliders->rows[pair.b].size);
+  if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
+}
+
+PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {
+  return approach_of(step, pair);
+}
+
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
+                  const PairApproach& approach) {
   const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
                       reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
-                     frame.margin;
-  return dot(frame.between, frame.between) > most * most;
+                     approach.margin;
+  return dot(approach.between, approach.between) > most * most;
+}
+
+PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
+  return frame_of(step, pair, approach_of(step, pair));
+}
+PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair,
+                     const PairApproach& approach) {
+  return frame_of(step, pair, approach);
 }
 
 namespace {
@@ -350,6 +396,8 @@ bool overlaps(const PatchSet& patches) {
 }  // namespace
 
 void clear_contact(core::ContactPair& pair) {
+  // Most pairs never touch: what is not written need not go back to memory.
+  if (!(pair.flags & core::kTouching) && pair.manifold_count == 0) return;
   mark(pair, false);
   pair.manifold_count = 0;
 }

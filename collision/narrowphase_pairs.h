@@ -6,6 +6,24 @@
 
 namespace skerry::collision {
 
+// How far two bodies are apart and how far they may come together: little to compute, and enough to
+// leave out most pairs that do not touch.
+struct PairApproach {
+  V3f between;   // m, from the centre of mass of body a to that of body b
+  V3f velocity;  // m/s, of b's centre relative to a's
+  float margin;  // m, see Query
+};
+PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair);
+
+// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
+bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
+                  const PairApproach& approach);
+
+// Fetches a manifold that will be written.
+void prefetch(const core::Manifold& manifold);
+// Fetches what will be read of a pair, and the manifold it had.
+void prefetch_pair(const StepContext& step, const core::ContactPair& pair);
+
 // Two colliders, in the frame whose origin is the centre of mass of body a.
 struct PairFrame {
   V3f between;                       // m, centre of mass of body b
@@ -17,9 +35,8 @@ struct PairFrame {
   float touch;  // see Query
 };
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair);
-
-// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair, const PairFrame& frame);
+PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair,
+                     const PairApproach& approach);
 
 // What pair_frame gives, with rotation matrices and, for planes, heights.
 struct PlacedPair {

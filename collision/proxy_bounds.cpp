@@ -85,6 +85,38 @@ float reach_of(const Collider& collider) {
   return 0;
 }
 
+// Least distance from the centre to a plane across any direction that touches the hull from outside; of
+// a hull that does not hold the centre, a lower bound.
+float least_support(const core::HullGeometry& hull) {
+  float least = std::numeric_limits<float>::max();
+  for (const core::HullGeometry::Face& face : hull.faces) least = std::min(least, face.offset);
+  return least >= 0 ? least : -farthest_vertex(hull.vertices);
+}
+
+// By how much turns can change how far the shape reaches along any direction: a ball that turns about
+// another point by twice their distance, a long box by more than a cube.
+float room_of(const Collider& collider) {
+  const float off_centre = 2 * core::length(collider.local_position);
+  const core::V3f& size = collider.size;
+  const float least = std::min({size.x, size.y, size.z}), most = std::max({size.x, size.y, size.z});
+  switch (collider.type) {
+    case ShapeType::sphere:
+      return off_centre;
+    case ShapeType::capsule:
+      return off_centre + size.y;
+    case ShapeType::cylinder:
+      return off_centre + std::sqrt(size.x * size.x + size.y * size.y) - std::min(size.x, size.y);
+    case ShapeType::box:
+      return off_centre + core::length(size) - least;
+    case ShapeType::ellipsoid:
+      return off_centre + most - least;
+    case ShapeType::hull:
+      return off_centre + farthest_vertex(collider.hull->vertices) - least_support(*collider.hull);
+    default:
+      return 2 * reach_of(collider);
+  }
+}
+
 bool inside(const Aabb& inner, const Aabb& outer) {
   bool in = true;
   for (int axis = 0; axis < 3; ++axis)
@@ -114,6 +146,7 @@ void ProxyBroadphase::describe(const core::Bodies& bodies, const core::Colliders
   if (row.type == ShapeType::plane) proxy.flags |= kIsPlane;
   Leash& leash = leashes_[row.body];
   leash.reach = std::max(leash.reach, reach_of(row));
+  leash.room = std::max(leash.room, nudged_up(double(room_of(row))));
 }
 
 void ProxyBroadphase::mark(ColliderIndex collider, Mark bits) {
@@ -204,7 +237,8 @@ void ProxyBroadphase::set_leash(const core::Bodies& bodies, BodyIndex body, doub
   const double reach = double(leash.reach);
   const double most = std::min(reach, 1e6);
   const double margin = double(std::clamp(kMarginPart * leash.reach, kLeastMargin, kMostMargin));
-  const double turning = std::min(spin(motion, dt) * most * kForeseenSteps, 2 * most);
+  const double turning =
+      std::min(spin(motion, dt) * most * kForeseenSteps, std::min(double(leash.room), 2 * most));
   for (int axis = 0; axis < 3; ++axis) {
     leash.center[axis] = pose.center[axis];
     const double once = std::abs(motion.linear[axis]) * dt;
@@ -236,14 +270,14 @@ bool ProxyBroadphase::holds(const Leash& leash, const core::BodyPose& pose,
                             const core::BodyMotion& motion, double dt) {
   const double reach = double(leash.reach);
   const double turned = (turn(pose.orientation, leash.orientation) + spin(motion, dt)) * reach;
-  // No turn moves a point by more than the diameter.
-  const double free = double(kSpeculativeDistance) + (turned < 2 * reach ? turned : 2 * reach);
   const double gone[3] = {pose.center.x() - leash.center[0], pose.center.y() - leash.center[1],
                           pose.center.z() - leash.center[2]};
   const double farthest =
-      sum_of_sizes(gone[0], gone[1], gone[2]) + free +
+      sum_of_sizes(gone[0], gone[1], gone[2]) + (double(kSpeculativeDistance) + turned) +
       sum_of_sizes(motion.linear.x(), motion.linear.y(), motion.linear.z()) * dt;
-  return farthest <= double(leash.least) || holds_along(leash, pose, motion, dt, free);
+  if (farthest <= double(leash.least)) return true;
+  const double free = double(kSpeculativeDistance) + std::min(turned, double(leash.room));
+  return holds_along(leash, pose, motion, dt, free);
 }
 
 // The same axis by axis; `free` is the way that turning and speculation may take in any direction.
@@ -281,7 +315,7 @@ bool ProxyBroadphase::still_inside(const StepContext& step, BodyIndex body) {
   Leash& leash = leashes_[body];
   const double reach = double(leash.reach);
   const double turned = spin(motion, step.dt) * reach;
-  const double free = double(kSpeculativeDistance) + (turned < 2 * reach ? turned : 2 * reach);
+  const double free = double(kSpeculativeDistance) + std::min(turned, double(leash.room));
   float low[3], high[3];
   for (int axis = 0; axis < 3; ++axis) low[axis] = high[axis] = std::numeric_limits<float>::max();
   bool in = true;

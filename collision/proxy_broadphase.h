@@ -64,6 +64,7 @@ class ProxyBroadphase : public Broadphase {
     float reach = 0;  // m, farthest that a turn of one radian moves a point of a shape
     float least = 0;  // m, of low and high: the first cache line decides for a body at rest
     float low[3] = {}, high[3] = {};  // m
+    float room = 0;  // m, by which turns however long can change the sides of a shape's tight box
     std::uint32_t proxies = 0;
   };
 

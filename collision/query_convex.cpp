@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/polytope_lanes.h"
 #include "collision/simplex_weights.h"
 
 namespace skerry::collision {
@@ -17,16 +18,26 @@ V3d rim(const V3d& along, double radius) {
   return {along.x * radius / across, 0, along.z * radius / across};
 }
 
-V3d farthest(const std::vector<core::V3f>& points, const V3d& along) {
-  std::size_t best = 0;
-  double most = dot(wide(points[0]), along);
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const double reach = dot(wide(points[i]), along);
-    if (reach <= most) continue;
-    most = reach;
-    best = i;
+// The lowest of equal ones. First products alone, side by side: the compiler makes lanes of that loop.
+V3d farthest(const PolytopeLanes& hull, const V3d& along) {
+  constexpr std::uint32_t kBlock = PolytopeLanes::kPad;
+  const float* const x = hull.vertices;
+  const float* const y = x + hull.vertex_stride;
+  const float* const z = y + hull.vertex_stride;
+  std::uint32_t best = 0;
+  double most = -HUGE_VAL;
+  for (std::uint32_t first = 0; first < hull.vertex_count; first += kBlock) {
+    double reach[kBlock];
+    for (std::uint32_t i = 0; i < kBlock; ++i)
+      reach[i] = (double(x[first + i]) * along.x + double(y[first + i]) * along.y) +
+                 double(z[first + i]) * along.z;
+    for (std::uint32_t i = 0; i < kBlock; ++i) {
+      const bool farther = reach[i] > most;
+      most = farther ? reach[i] : most;
+      best = farther ? first + i : best;
+    }
   }
-  return wide(points[best]);
+  return {double(x[best]), double(y[best]), double(z[best])};
 }
 
 V3d local_support(const ConvexCore& core, const V3d& d) {
@@ -52,7 +63,7 @@ V3d local_support(const ConvexCore& core, const V3d& d) {
       return {s.x * scaled.x * scale, s.y * scaled.y * scale, s.z * scaled.z * scale};
     }
     case ConvexCore::Kind::hull:
-      return farthest(core.hull->vertices, d);
+      return farthest(core.hull->lanes->view, d);
     case ConvexCore::Kind::point:
     case ConvexCore::Kind::triangle:
       break;

@@ -30,8 +30,9 @@ struct FastStart {
 struct FastPair {
   ColliderIndex a = 0, b = 0;
   BodyIndex body_a = 0, body_b = 0;
-  double touch = 0;     // part of the step; above 1: they do not
-  bool sensor = false;  // one of them is a sensor's: nobody stops
+  double touch = 0;           // part of the step; above 1: they do not
+  bool sensor = false;        // one of them is a sensor's: nobody stops
+  std::uint32_t row = kNone;  // in ContactTable::pairs, if it is there
 };
 
 struct FastBodies {
@@ -63,6 +64,15 @@ inline double motion_of(const BodyMass& mass, const BodyMotion& motion, double d
 
 inline bool moves_fast(const Bodies& bodies, BodyIndex body, double dt) {
   return motion_of(bodies.mass[body], bodies.motion[body], dt) > safe_motion(bodies.mass[body]);
+}
+
+// Whether two bodies move so fast past each other: bodies that fall side by side do not.
+inline bool part_fast(const BodyMass& mass_a, const BodyMotion& a, const BodyMass& mass_b,
+                      const BodyMotion& b, double dt) {
+  const double turning =
+      a.angular.norm() * double(mass_a.turn_radius) + b.angular.norm() * double(mass_b.turn_radius);
+  return ((a.linear - b.linear).norm() + turning) * dt >
+         std::min(safe_motion(mass_a), safe_motion(mass_b));
 }
 
 // A gap (m) between two bodies that are in touch, as far as continuous collision goes: far below
