@@ -29,7 +29,7 @@ double speed(const JointRow& row, const Side& a, const Side& b) {
   return dot(row.linear, b.linear - a.linear) +
          (dot(row.angular_b, b.angular) - dot(row.angular_a, a.angular));
 }
-void apply(const JointRow& row, double impulse, Side& a, Side& b) {
+[[gnu::always_inline]] inline void apply(const JointRow& row, double impulse, Side& a, Side& b) {
   const V3d push = row.linear * impulse;
   a.linear = a.linear - scaled(a.inv_mass, push);
   b.linear = b.linear + scaled(b.inv_mass, push);

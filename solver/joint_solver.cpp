@@ -98,7 +98,7 @@ void JointBatch::own_bodies(std::uint32_t first_body) {
     // Without contacts an island is one cluster.
     const std::uint32_t row = island.first_body - first_body + 1;
     const bool smooth = island.contact_count == 0 && !looped_[root_of(row)];
-    bodies.own(row, island.body_count, smooth);
+    bodies.own(row, island.body_count, smooth, island.contact_count > 0);
   }
 }
 
