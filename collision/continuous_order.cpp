@@ -1,5 +1,7 @@
 // Continuous collision: who stops when.
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "collision/continuous_scratch.h"
 #include "core/growth.h"
@@ -21,6 +23,8 @@ class Impacts {
   void run(Task& task) {
     collect();
     if (scratch_.meetings.empty()) return;
+    rank_bodies();
+    join_bodies();
     list_by_body();
     foresee(task);
     while (!scratch_.meetings.empty()) take(next());
@@ -37,10 +41,39 @@ class Impacts {
       if (!fast_.pairs[i].sensor && fast_.pairs[i].touch <= 1) push(i);
   }
 
-  void list_by_body() {
-    std::vector<std::uint32_t>&first = scratch_.first_of, &rank = scratch_.rank;
+  void rank_bodies() {
+    std::vector<std::uint32_t>& rank = scratch_.rank;
     if (rank.size() < step_.bodies->rows()) rank.resize(step_.bodies->rows());
     for (std::uint32_t i = 0; i < fast_.bodies.size(); ++i) rank[fast_.bodies[i]] = i;
+  }
+
+  // Makes a ring of the fast bodies that joints with locks hold together, each alone at first.
+  void join_bodies() {
+    std::vector<std::uint32_t>&next = scratch_.joined, &root = scratch_.ring;
+    core::make_room(next, fast_.bodies.size());
+    core::make_room(root, fast_.bodies.size());
+    next.resize(fast_.bodies.size());
+    std::iota(next.begin(), next.end(), 0u);
+    root = next;
+    for (const core::Joint& joint : step_.joints->rows) {
+      if (!joint.alive || joint.lock_count == 0) continue;
+      if (joint.a == core::kNone || joint.b == core::kNone) continue;
+      if (!is_fast(joint.a) || !is_fast(joint.b)) continue;
+      const std::uint32_t a = scratch_.rank[joint.a], b = scratch_.rank[joint.b];
+      const std::uint32_t ring_a = ring_of(a), ring_b = ring_of(b);
+      if (ring_a == ring_b) continue;
+      root[ring_b] = ring_a;
+      std::swap(next[a], next[b]);
+    }
+  }
+  std::uint32_t ring_of(std::uint32_t rank) {
+    std::vector<std::uint32_t>& root = scratch_.ring;
+    while (root[rank] != rank) rank = root[rank] = root[root[rank]];
+    return rank;
+  }
+
+  void list_by_body() {
+    std::vector<std::uint32_t>&first = scratch_.first_of, &rank = scratch_.rank;
     core::refill(first, fast_.bodies.size() + 1, 0u);
     for (const FastPair& pair : fast_.pairs) {
       if (!both_fast(pair)) continue;
@@ -80,12 +113,24 @@ class Impacts {
       if (is_fast(body) && fast_.part[body] > meeting.time) stop(body, meeting);
   }
 
+  // A body stops with those that joints hold to it: alone it would tear them.
+  void stop(BodyIndex body, const Meeting& at) {
+    const std::uint32_t first = scratch_.rank[body];
+    std::uint32_t i = first;
+    do {
+      fast_.part[fast_.bodies[i]] = at.time;
+      i = scratch_.joined[i];
+    } while (i != first);
+    do {
+      fast_.stopped.push_back(fast_.bodies[i]);
+      meet_anew(i, at);
+      i = scratch_.joined[i];
+    } while (i != first);
+  }
+
   // The pairs of a body that has stopped meet elsewhere, earlier or later, or not at all. Those of
   // `at` itself are done.
-  void stop(BodyIndex body, const Meeting& at) {
-    fast_.part[body] = at.time;
-    fast_.stopped.push_back(body);
-    const std::uint32_t rank = scratch_.rank[body];
+  void meet_anew(std::uint32_t rank, const Meeting& at) {
     for (std::uint32_t i = scratch_.first_of[rank]; i < scratch_.first_of[rank + 1]; ++i) {
       const std::uint32_t row = scratch_.of_body[i];
       if (row == at.pair) continue;

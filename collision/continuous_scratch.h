@@ -78,6 +78,8 @@ class ContinuousScratch {
   std::vector<Meeting> meetings;        // a heap, earliest first
   std::vector<std::uint32_t> version;   // [pairs]
   std::vector<std::uint32_t> rank;      // [body rows] of a fast body, in FastBodies::bodies
+  std::vector<std::uint32_t> joined;    // [fast bodies] the next of those that joints hold together
+  std::vector<std::uint32_t> ring;      // [fast bodies] towards one that stands for all of its ring
   std::vector<std::uint32_t> first_of;  // [fast bodies + 1] into of_body
   std::vector<std::uint32_t> of_body;   // pairs of two fast ones, of each body, ascending
   std::vector<Meeting> in_order;
