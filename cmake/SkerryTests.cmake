@@ -65,10 +65,11 @@ if(SKERRY_SANITIZE AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
   endif()
 endif()
 
+# No values in names: some print addresses, which change from run to run.
 function(skerry_discover TARGET FILTER TIMEOUT LABELS)
   math(EXPR timeout "${TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
   gtest_discover_tests(${TARGET}
-    TEST_FILTER "${FILTER}" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 300
+    TEST_FILTER "${FILTER}" NO_PRETTY_VALUES DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 300
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
     PROPERTIES TIMEOUT ${timeout} LABELS "${LABELS}")
 endfunction()

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 
 #include "core/hash.h"
@@ -14,6 +15,8 @@ namespace skerry::test {
 namespace {
 
 constexpr double kDt = 1.0 / 60;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // -- Begin, persist, end
 
@@ -599,11 +602,11 @@ TEST(LiveChanges, are_refused_when_they_make_no_sense) {
   refused("shape", [&] { world.set_sensor(box, 7, true); });
   refused("shape", [&] { world.material(box, 1); });
   refused("material.friction", [&] { world.set_material(box, 0, {.friction = -1}); });
-  refused("material.restitution", [&] { world.set_material(box, 0, {.restitution = NAN}); });
+  refused("material.restitution", [&] { world.set_material(box, 0, {.restitution = kNaN}); });
   refused("material.friction", [&] { world.post(SetMaterial{box, 0, {.friction = -1}}); });
   refused("type", [&] { world.set_type(floor, BodyType::dynamic); });
   refused("mass", [&] { world.set_type(mesh, BodyType::dynamic); });
-  refused("gravity", [&] { world.set_gravity({0, INFINITY, 0}); });
+  refused("gravity", [&] { world.set_gravity({0, kInfinity, 0}); });
   EXPECT_THROW(world.set_filter(BodyId{}, 0, {}), UsageError);
   EXPECT_EQ(world.type(floor), BodyType::fixed);
 }
