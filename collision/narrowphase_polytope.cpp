@@ -100,7 +100,7 @@ void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incide
                  PointList& list) {
   float deepest = 3e38f;
   for (const ContactPoint& point : list) deepest = std::min(deepest, point.separation);
-  if (deepest <= axis.separation + 0.05f * std::fabs(axis.separation) + 2e-3f * size) return;
+  if (deepest <= axis.separation + 0.01f * std::fabs(axis.separation) + 2e-3f * size) return;
   const V3f toward = incident_is_b ? -axis.normal : axis.normal;
   const Corner corner = farthest_corner(incident, toward);
   list.add(corner.point + toward * (0.5f * axis.separation), axis.separation, corner.id);
