@@ -94,13 +94,36 @@ void edge_contact(const AxisFound& axis, std::uint32_t feature, PointList& list)
   list.add((pa + pb) * 0.5f, axis.separation, feature);
 }
 
+// Does a point show, up to a tolerance, how deep the shapes lie in each other?
+bool has_deepest(PointList& list, const AxisFound& axis, float tolerance) {
+  float deepest = 3e38f;
+  for (const ContactPoint& point : list) deepest = std::min(deepest, point.separation);
+  return deepest <= axis.separation + tolerance;
+}
+
+// Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
+// at right angles to the axis, other edges meet along almost the same one, and the point of a single
+// pair of edges would jump from one end of the contact to the other (docs/decisions/0017). (Not with
+// triangles: their neighbours hold what lies beside.)
+void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, float size,
+                     PointList& list) {
+  if (b.triangle == nullptr) {
+    Feature face_a, face_b;
+    facing_feature(a, axis.normal, face_a);
+    facing_feature(b, -axis.normal, face_b);
+    clip_features(face_a, face_b, axis.normal, list);
+    // A face that slopes and is cut a little beyond its rim seems deeper there than the edge is.
+    for (ContactPoint& point : list) point.separation = std::max(point.separation, axis.separation);
+    if (has_deepest(list, axis, kTie * size)) return;
+  }
+  edge_contact(axis, axis.name.pack(), list);
+}
+
 // Where the shapes meet beside the two faces (near a rim, edge against edge, with a face preferred),
 // clipping may miss the deepest corner.
 void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incident_is_b, float size,
                  PointList& list) {
-  float deepest = 3e38f;
-  for (const ContactPoint& point : list) deepest = std::min(deepest, point.separation);
-  if (deepest <= axis.separation + 0.01f * std::fabs(axis.separation) + 2e-3f * size) return;
+  if (has_deepest(list, axis, 0.01f * std::fabs(axis.separation) + 2e-3f * size)) return;
   const V3f toward = incident_is_b ? -axis.normal : axis.normal;
   const Corner corner = farthest_corner(incident, toward);
   list.add(corner.point + toward * (0.5f * axis.separation), axis.separation, corner.id);
@@ -118,7 +141,7 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
              float size, ContactPatch& patch) {
   PointList list(query, axis.normal);
   if (axis.name.kind == AxisName::kEdges) {
-    edge_contact(axis, axis.name.pack(), list);
+    edges_and_faces(axis, a, b, size, list);
   } else {
     const bool of_a = axis.name.kind == AxisName::kFaceOfA;
     const V3f outward = of_a ? axis.normal : -axis.normal;

@@ -224,6 +224,12 @@ void read_motion(const JsonNode& node, BodyDesc& body) {
   number("angular_damping", body.angular_damping, read_not_negative);
   flag("allow_sleep", body.allow_sleep);
   flag("awake", body.awake);
+  if_given(node, "continuous", [&](const JsonNode& n) {
+    constexpr std::string_view kNames[] = {"automatic", "never"};
+    constexpr ContinuousCollision kValues[] = {ContinuousCollision::automatic,
+                                               ContinuousCollision::never};
+    body.continuous = kValues[read_choice(n, kNames)];
+  });
 }
 
 BodyType read_body_type(const JsonNode& node) {

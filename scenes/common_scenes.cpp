@@ -77,6 +77,11 @@ BodyDesc dynamic_body(Shape shape, const Vec3& position, double density) {
   return {.shapes = {std::move(shape)}, .position = position, .density = density, .friction = 0.6};
 }
 
+BodyNumber add(SceneDesc& scene, BodyDesc body) {
+  scene.bodies.push_back(std::move(body));
+  return static_cast<BodyNumber>(scene.bodies.size() - 1);
+}
+
 void add_floor(SceneDesc& scene, double half_x, double half_z) {
   scene.bodies.push_back(fixed_box({half_x, 1, half_z}, {0, -1, 0}));
 }

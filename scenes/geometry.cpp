@@ -121,4 +121,26 @@ MeshData wavy_ground(int cells, double width, double wave_height, double rim_hei
   return mesh;
 }
 
+MeshData torus_mesh(double ring_radius, double tube_radius, int ring_segments, int tube_segments) {
+  MeshData mesh;
+  for (int i = 0; i < ring_segments; ++i) {
+    const SinCos ring = sin_cos(2 * kPi * i / ring_segments);
+    for (int k = 0; k < tube_segments; ++k) {
+      const SinCos tube = sin_cos(2 * kPi * k / tube_segments);
+      const double out = ring_radius + tube_radius * tube.cos;
+      mesh.vertices.emplace_back(out * ring.cos, out * ring.sin, tube_radius * tube.sin);
+    }
+  }
+  const auto at = [&](int i, int k) {
+    return static_cast<std::uint32_t>(i % ring_segments * tube_segments + k % tube_segments);
+  };
+  for (int i = 0; i < ring_segments; ++i) {
+    for (int k = 0; k < tube_segments; ++k) {
+      mesh.triangles.push_back({at(i, k), at(i + 1, k), at(i + 1, k + 1)});
+      mesh.triangles.push_back({at(i, k), at(i + 1, k + 1), at(i, k + 1)});
+    }
+  }
+  return mesh;
+}
+
 }  // namespace skerry::scenes

@@ -18,4 +18,7 @@ MeshData ball_mesh(double radius, int splits);
 // height, and a rim that rises outside 70 % of the half width so that nothing rolls off.
 MeshData wavy_ground(int cells, double width, double wave_height, double rim_height);
 
+// A closed ring about z; its tube has quadrilaterals of two triangles each.
+MeshData torus_mesh(double ring_radius, double tube_radius, int ring_segments, int tube_segments);
+
 }  // namespace skerry::scenes

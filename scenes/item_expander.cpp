@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "scenes/joint_reader.h"
 #include "scenes/json_values.h"
 #include "scenes/rigid_maths.h"
 #include "scenes/scene_format.h"
@@ -54,41 +55,6 @@ struct Jitter {
 
 double centered(std::size_t i, std::size_t count) {
   return static_cast<double>(i) - static_cast<double>(count - 1) * 0.5;
-}
-
-// -- Joints -----------------------------------------------------------------------------------------
-
-HingeJoint read_hinge(const JsonNode& node) {
-  HingeJoint hinge;
-  hinge.axis = read_direction(*node.find("axis"));
-  if_given(node, "limits_degrees", [&](const JsonNode& limits) {
-    if (limits.kind != JsonKind::array || limits.children.size() != 2) {
-      limits.refuse("a list of two numbers");
-    }
-    const double lower = read_within(*limits.children[0], -180, 180);
-    const double upper = read_within(*limits.children[1], -180, 180);
-    if (lower > upper) limits.fail("the lower limit is above the upper");
-    hinge.lower_angle = lower * kRadiansPerDegree;
-    hinge.upper_angle = upper * kRadiansPerDegree;
-  });
-  if_given(node, "motor", [&](const JsonNode& motor) {
-    check_object(motor, "motor");
-    hinge.drive.motor = {.mode = JointMotorMode::velocity,
-                         .target = read_number(*motor.find("speed")),
-                         .max_force = read_not_negative(*motor.find("max_torque"))};
-  });
-  return hinge;
-}
-
-JointDesc read_joint(const JsonNode& node) {
-  constexpr std::string_view kTypes[] = {"ball", "hinge"};
-  if (node.kind != JsonKind::object) node.refuse("an object");
-  const JsonNode* type = node.find("type");
-  if (!type) node.fail("\"type\" is missing");
-  const bool hinge = read_choice(*type, kTypes) == 1;
-  check_object(node, hinge ? "hinge" : "ball");
-  if (hinge) return read_hinge(node);
-  return BallJoint{};
 }
 
 }  // namespace
@@ -245,20 +211,13 @@ void ItemExpander::add_pile(const JsonNode& item, const Pose& frame, Scope& scop
 
 void ItemExpander::join(const JsonNode& list, const Pose& frame, const Scope& scope) {
   for (const JsonNode* node : read_list(list, 0)) {
-    SceneJoint joint = {.joint = read_joint(*node)};
-    joint.a = find_body(scope, *node->find("a"));
-    joint.b = find_body(scope, *node->find("b"));
-    if (joint.a == joint.b) node->find("b")->fail("joins the body to itself");
-    std::visit(
-        [&](auto& desc) {
-          if constexpr (requires { desc.anchor; })
-            desc.anchor = transformed(frame, read_vec3(*node->find("anchor")));
-          if_given(*node, "collide", [&](const JsonNode& n) { desc.collide = read_bool(n); });
-        },
-        joint.joint);
-    if (auto* hinge = std::get_if<HingeJoint>(&joint.joint)) {
-      hinge->axis = rotated(frame.orientation, hinge->axis);
+    SceneJoint joint = {kWorldFrame, kWorldFrame, read_joint(*node, frame)};
+    if_given(*node, "a", [&](const JsonNode& n) { joint.a = find_body(scope, n); });
+    if_given(*node, "b", [&](const JsonNode& n) { joint.b = find_body(scope, n); });
+    if (joint.a == kWorldFrame && joint.b == kWorldFrame) {
+      node->fail("needs \"a\" or \"b\"; what is left out is the world");
     }
+    if (joint.a == joint.b) node->find("b")->fail("joins the body to itself");
     joints.push_back(std::move(joint));
     joint_origins.push_back(node);
   }

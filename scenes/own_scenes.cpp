@@ -9,11 +9,6 @@ namespace {
 
 const Quat kAlongX = axis_angle({0, 0, 1}, kPi / 2);  // turns the y axis of a capsule into -x
 
-BodyNumber add(SceneDesc& scene, BodyDesc body) {
-  scene.bodies.push_back(std::move(body));
-  return static_cast<BodyNumber>(scene.bodies.size() - 1);
-}
-
 Shape falling_shape(int kind) {
   switch (kind % 4) {
     case 0:
@@ -125,7 +120,7 @@ SceneDesc make_joint_grid(std::uint64_t) {
   constexpr int kSide = 100;
   SceneDesc scene;
   scene.defaults.steps = 100;
-  scene.defaults.sleep = false;
+  scene.defaults.sleep.enabled = false;
   for (int k = 0; k < kSide; ++k) {
     for (int i = 0; i < kSide; ++i) {
       const Vec3 at(k, -i, 0);

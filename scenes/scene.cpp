@@ -25,8 +25,8 @@ JointDesc with_ids(const SceneJoint& joint, const BuiltScene& built) {
   JointDesc result = joint.joint;
   std::visit(
       [&](auto& desc) {
-        desc.a = built.bodies.at(joint.a);
-        desc.b = built.bodies.at(joint.b);
+        if (joint.a != kWorldFrame) desc.a = built.bodies.at(joint.a);
+        if (joint.b != kWorldFrame) desc.b = built.bodies.at(joint.b);
       },
       result);
   return result;
@@ -100,10 +100,16 @@ BuildError::BuildError(Part part, std::size_t number, const InputError& cause)
       cause_(cause.what()) {}
 
 WorldSettings world_settings(const SceneDesc& scene, WorldSettings base) {
-  base.gravity = scene.defaults.gravity;
-  base.solver.kind = scene.defaults.solver;
-  base.solver.substeps = scene.defaults.substeps;
-  base.sleep.enabled = scene.defaults.sleep;
+  const SceneDefaults& defaults = scene.defaults;
+  base.gravity = defaults.gravity;
+  base.solver = defaults.solver;
+  base.sleep = defaults.sleep;
+  base.integrator = defaults.integrator;
+  base.broadphase = defaults.broadphase;
+  base.continuous = defaults.continuous;
+  base.persist_events = defaults.persist_events;
+  base.hit_speed = defaults.hit_speed;
+  base.measure_steps = defaults.measure;
   return base;
 }
 

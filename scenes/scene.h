@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,11 +24,17 @@ inline constexpr std::array kSolverKinds = {SolverKind::soft_step_tgs, SolverKin
 struct SceneDefaults {
   Vec3 gravity = {0, -10, 0};  // m/s^2
   double dt = 1.0 / 60;        // s
-  int substeps = 4;
-  SolverKind solver = SolverKind::soft_step_tgs;
-  std::uint64_t steps = 300;  // timed
-  std::uint64_t warmup = 0;   // simulated before them
-  bool sleep = true;
+  std::uint64_t steps = 300;   // timed
+  std::uint64_t warmup = 0;    // simulated before them
+  // Of WorldSettings:
+  SolverSettings solver = {};
+  SleepSettings sleep = {};
+  Integrator integrator = Integrator::exact;
+  BroadphaseKind broadphase = BroadphaseKind::tree;
+  bool continuous = true;
+  bool persist_events = false;
+  double hit_speed = std::numeric_limits<double>::infinity();  // m/s
+  bool measure = false;
 };
 
 struct SceneMaterial {
@@ -38,6 +45,7 @@ struct SceneMaterial {
 // Bodies are named by position in SceneDesc::bodies; the bodies of spawn events are numbered on
 // from there, in the order of the events.
 using BodyNumber = std::uint32_t;
+inline constexpr BodyNumber kWorldFrame = 0xffffffffu;  // of a joint: no body, but the world
 
 struct SceneJoint {
   BodyNumber a = 0, b = 0;
@@ -74,7 +82,7 @@ struct SceneDesc {
   std::map<std::string, BodyNumber> names;  // of bodies that have one
 };
 
-// `base` with the scene's gravity, solver, substeps and sleeping.
+// `base` with what the scene's defaults say.
 WorldSettings world_settings(const SceneDesc& scene, WorldSettings base = {});
 
 // What the engine refused, and whose fault it was. `number` counts as BodyNumber does for bodies,

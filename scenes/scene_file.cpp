@@ -8,6 +8,7 @@
 #include "scenes/mesh_file.h"
 #include "scenes/near_names.h"
 #include "scenes/scene_format.h"
+#include "scenes/settings_reader.h"
 
 namespace skerry::scenes {
 namespace {
@@ -21,29 +22,6 @@ void check_format(const JsonNode& root) {
   const JsonNode* version = root.find("version");
   if (!version) root.fail("\"version\" is missing");
   if (read_number(*version) != kSceneFormatVersion) version->refuse("1, the only version there is");
-}
-
-void read_defaults(const JsonNode& root, SceneDefaults& defaults) {
-  const auto count = [&](std::string_view field, std::uint64_t& value) {
-    if_given(root, field, [&](const JsonNode& n) {
-      value = static_cast<std::uint64_t>(read_integer(n, 0, 1'000'000'000));
-    });
-  };
-  if_given(root, "gravity", [&](const JsonNode& n) { defaults.gravity = read_vec3(n); });
-  if_given(root, "dt", [&](const JsonNode& n) {
-    defaults.dt = read_positive(n);
-    if (defaults.dt < 1e-6 || defaults.dt > 1) n.refuse("between 1e-6 and 1 s");
-  });
-  if_given(root, "substeps", [&](const JsonNode& n) {
-    defaults.substeps = static_cast<int>(read_integer(n, 1, 64));
-  });
-  if_given(root, "solver", [&](const JsonNode& n) {
-    constexpr std::string_view kNames[] = {"soft_step_tgs", "pgs", "penalty"};
-    defaults.solver = kSolverKinds[read_choice(n, kNames)];
-  });
-  count("steps", defaults.steps);
-  count("warmup", defaults.warmup);
-  if_given(root, "sleep", [&](const JsonNode& n) { defaults.sleep = read_bool(n); });
 }
 
 // -- What names stand for ---------------------------------------------------------------------------

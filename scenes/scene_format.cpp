@@ -20,16 +20,30 @@ std::vector<ObjectSpec> make_specs() {
   const Names shape =
       Names{"position", "orientation", "category", "mask", "group", "sensor"} + surface;
   const Names placed = {"name", "position", "orientation"};
-  const Names body = Names{"type",  "shapes",        "linear_velocity", "angular_velocity",
-                           "mass",  "gravity_scale", "linear_damping",  "angular_damping",
-                           "locks", "allow_sleep",   "awake",           "user_data"} +
+  const Names body = Names{"type",      "shapes",        "linear_velocity", "angular_velocity",
+                           "mass",      "gravity_scale", "linear_damping",  "angular_damping",
+                           "locks",     "allow_sleep",   "awake",           "user_data",
+                           "continuous"} +
                      surface + placed;
+  const Names joint = {"a", "b", "breaks", "collide"};
+  const Names softness = {"limit_frequency", "limit_damping_ratio"};
+  const Names angular_drive = {"spring", "motor", "friction_torque"};
+  const Names angular_axis = Names{"limits_degrees"} + softness + angular_drive;
+  const Names linear_axis = Names{"limits", "spring", "motor", "friction_force"} + softness;
   return {
       {"scene",
        {"format", "version"},
-       {"$schema", "name", "description", "gravity", "dt", "solver", "substeps", "steps", "warmup",
-        "sleep", "seed", "materials", "meshes", "prefabs", "bodies", "joints", "force_fields",
-        "events"}},
+       {"$schema",    "name",           "description", "gravity", "dt",           "solver",
+        "substeps",   "steps",          "warmup",      "sleep",   "integrator",   "broadphase",
+        "continuous", "persist_events", "hit_speed",   "measure", "seed",         "materials",
+        "meshes",     "prefabs",        "bodies",      "joints",  "force_fields", "events"}},
+      {"solver",
+       {},
+       {"kind", "contact_hertz", "contact_damping_ratio", "max_push_velocity",
+        "restitution_threshold", "joint_hertz", "joint_damping_ratio", "pgs", "penalty"}},
+      {"pgs", {}, {"iterations", "correction", "correction_rate", "slop"}},
+      {"penalty", {}, {"substeps", "hertz"}},
+      {"sleep", {}, {"enabled", "linear_threshold", "angular_threshold", "time"}},
       {"material", {}, {"friction", "restitution", "rolling_resistance", "density"}},
       {"mesh", {"file"}, {"scale", "weld", "manifold"}},
       {"prefab", {"bodies"}, {"joints"}},
@@ -60,9 +74,26 @@ std::vector<ObjectSpec> make_specs() {
       {"mass", {"mass"}, {"center", "inertia"}},
       {"locks", {}, {"translation", "rotation"}},
 
-      {"ball", {"type", "a", "b", "anchor"}, {"collide"}},
-      {"hinge", {"type", "a", "b", "anchor", "axis"}, {"limits_degrees", "motor", "collide"}},
-      {"motor", {"speed", "max_torque"}, {}},
+      {"ball", {"type", "anchor"}, Names{"friction_torque"} + joint},
+      {"hinge", {"type", "anchor", "axis"}, angular_axis + joint},
+      {"slider", {"type", "anchor", "axis"}, linear_axis + joint},
+      {"fixed", {"type", "anchor"}, joint},
+      {"distance", {"type", "anchor_a", "anchor_b"}, linear_axis + joint},
+      {"cone_twist",
+       {"type", "anchor", "axis"},
+       Names{"swing_limit_degrees", "twist_limits_degrees", "swing", "twist"} + softness + joint},
+      {"six_dof", {"type", "anchor"}, Names{"orientation", "axes"} + joint},
+      {"six_axes", {}, {"x", "y", "z", "swing_x", "swing_y", "twist"}},
+      {"linear_axis", {}, linear_axis},
+      {"angular_axis", {}, angular_axis},
+      {"angular_drive", {}, angular_drive},
+      {"linear_spring", {"frequency"}, {"damping_ratio", "rest"}},
+      {"angular_spring", {"frequency"}, {"damping_ratio", "rest_degrees"}},
+      {"linear_motor", {}, {"speed", "target", "max_force", "frequency", "damping_ratio"}},
+      {"angular_motor",
+       {},
+       {"speed", "target_degrees", "max_torque", "frequency", "damping_ratio"}},
+      {"breaks", {}, {"force", "torque"}},
 
       {"uniform", {"type"}, {"acceleration", "force", "bodies"}},
       {"drag", {"type"}, {"linear", "quadratic", "bodies"}},

@@ -16,7 +16,7 @@ SceneDesc task(double dt, double seconds, double gravity = kG) {
   scene.defaults.gravity = {0, -gravity, 0};
   scene.defaults.dt = dt;
   scene.defaults.steps = static_cast<std::uint64_t>(seconds / dt + 0.5);
-  scene.defaults.sleep = false;
+  scene.defaults.sleep.enabled = false;
   return scene;
 }
 

@@ -59,7 +59,7 @@ SceneComparison compare_scene(const scenes::SceneDesc& scene, const CompareOptio
   SceneComparison result;
   result.scene = scene.name;
   result.dt = frame_dt(options.dt.value_or(scene.defaults.dt));
-  result.substeps = options.substeps.value_or(scene.defaults.substeps);
+  result.substeps = options.substeps.value_or(scene.defaults.solver.substeps);
   result.warmup = options.warmup;
   result.steps = options.steps;
   result.host_shape = options.host_shape;

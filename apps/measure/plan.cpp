@@ -16,7 +16,6 @@ double seconds_since(std::int64_t begin_ns) {
 
 // Of the analysis that follows the repetitions, per row.
 constexpr double kIdleWatch = 0.12;
-constexpr double kAnalysedSteps = 10;
 constexpr double kWarmupFrames = 3;
 // Steps of early frames are cheaper than those of late ones, and caches are shared with host work.
 constexpr double kFrameStepFactor = 1.3;
@@ -60,8 +59,7 @@ SceneSeconds estimate(const SceneCost& cost, const CompareOptions& options, doub
   SceneSeconds seconds;
   const double rep =
       warm + steps * cost.step_s + (steps + static_cast<double>(options.warmup)) * cost.hash_s;
-  seconds.throughput =
-      rows * (options.step_reps() * rep + warm + kAnalysedSteps * cost.step_s + kIdleWatch);
+  seconds.throughput = rows * (options.step_reps() * rep + warm + steps * cost.step_s + kIdleWatch);
   if (options.frames == 0 || options.host_ms.empty()) return seconds;
   const double settle = cost.build_s + static_cast<double>(options.frame_warmup) * cost.step_s;
   double all_loads = 0;

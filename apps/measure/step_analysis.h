@@ -10,14 +10,23 @@
 
 namespace skerry::measure {
 
-// Work and critical path ("span") of a task graph: with any number of workers and no overhead a step
-// cannot take less than the critical path, with p workers not less than work / p (Brent, JACM 21,
-// 1974).
+// Work and critical path ("span") of the parts of a step that follow each other: with any number of
+// workers and no overhead a part cannot take less than its critical path, with p workers not less
+// than work / p (Brent, JACM 21, 1974).
 struct GraphBound {
-  double work_ms = 0;
-  double critical_ms = 0;
-  // Largest speed-up that the graph allows on p workers.
+  struct Part {
+    double work_ms = 0, critical_ms = 0;
+  };
+  std::vector<Part> parts;
+
+  double work_ms() const;
+  double critical_ms() const;
+  // Least time of a step on p workers.
+  double least_ms(int workers) const;
+  // Largest speed-up that the graph allows on p workers; 1 if nothing is known.
   double speed_up(int workers) const;
+  // Adds a part of the figures of another step of the same graph.
+  void add(const GraphBound& other, double part);
 };
 
 // From a step that the serial executor ran (its tasks know what phase programs could gain). Stages

@@ -19,7 +19,6 @@ struct RowRep {
   std::vector<StageMeans> stages;  // sums
 };
 
-constexpr std::uint64_t kAnalysedSteps = 10;
 constexpr int kIdleMs = 100;
 
 class Throughput {
@@ -130,12 +129,12 @@ class Throughput {
     }
   }
 
-  // Tasks of a few steps, then the world left alone.
+  // Tasks of the same steps, then the world left alone.
   void analyse(std::size_t index, const Watcher& watcher) {
     ThroughputRow& row = result_.throughput[index];
     Session session(scene_, base(true), result_.dt, row.strategy);
     std::vector<double> busy(static_cast<std::size_t>(row.strategy.workers), 0.0);
-    for (std::uint64_t i = 0; i < options_.warmup + kAnalysedSteps; ++i) {
+    for (std::uint64_t i = 0; i < options_.warmup + options_.steps; ++i) {
       if (watcher.stopped()) return;
       const StepReport report = session.advance();
       if (i < options_.warmup) continue;
@@ -143,9 +142,7 @@ class Throughput {
       const std::vector<double> of_step = busy_ms_by_worker(tasks, row.strategy.workers);
       for (std::size_t w = 0; w < busy.size(); ++w) busy[w] += of_step[w];
       if (index == 0) {
-        const GraphBound bound = graph_bound(report.stages(), tasks);
-        result_.bound.work_ms += bound.work_ms / double(kAnalysedSteps);
-        result_.bound.critical_ms += bound.critical_ms / double(kAnalysedSteps);
+        result_.bound.add(graph_bound(report.stages(), tasks), 1 / double(options_.steps));
       }
     }
     row.imbalance = imbalance(busy);

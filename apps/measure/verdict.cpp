@@ -88,7 +88,7 @@ std::string about_throughput(const SceneComparison& comparison) {
   text +=
       speed_up_text(best.speed_up) + " with " + std::to_string(best.strategy.workers) + " workers";
   const double allowed = comparison.bound.speed_up(best.strategy.workers);
-  if (comparison.bound.work_ms > 0) text += "; the task graph allows " + number(allowed, 2);
+  if (comparison.bound.work_ms() > 0) text += "; the task graph allows " + number(allowed, 2);
   return text + ".";
 }
 

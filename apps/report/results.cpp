@@ -60,18 +60,20 @@ Json repetitions_json(const measure::RepetitionCount& count) {
           {"largest_others", count.others}};
 }
 
-Json throughput_json(const measure::ThroughputRow& row, double dt) {
+Json throughput_json(const measure::ThroughputRow& row,
+                     const measure::SceneComparison& comparison) {
   Json json = strategy_json(row.strategy);
   json["step_ms"] = to_json(row.step_ms);
   json["rep_mean_ms"] = row.rep_ms;
   json["typical_ms"] = estimate_json(row.typical_ms);
   json["speed_up"] = estimate_json(row.speed_up);
+  json["allowed_speed_up"] = comparison.bound.speed_up(row.strategy.workers);
   json["efficiency"] = row.speed_up.value / row.strategy.workers;
   json["karp_flatt"] = row.strategy.workers > 1
                            ? Json(measure::karp_flatt(row.speed_up.value, row.strategy.workers))
                            : Json(nullptr);
   json["cpu_ms_per_step"] = row.cpu_ms_per_step;
-  json["cpu_s_per_simulated_s"] = 1e-3 * row.cpu_ms_per_step / dt;
+  json["cpu_s_per_simulated_s"] = 1e-3 * row.cpu_ms_per_step / comparison.dt;
   json["idle_ms_per_step"] = row.idle_ms_per_step;
   json["blocked_ms_per_step"] = row.blocked_ms_per_step;
   json["imbalance"] = row.imbalance;
@@ -294,8 +296,8 @@ Json to_json(const measure::SceneComparison& comparison) {
                {"recommendations", Json::array()},
                {"throughput_repetitions", repetitions_json(comparison.throughput_reps)},
                {"frame_repetitions", repetitions_json(comparison.frame_reps)},
-               {"work_ms", comparison.bound.work_ms},
-               {"critical_path_ms", comparison.bound.critical_ms},
+               {"work_ms", comparison.bound.work_ms()},
+               {"critical_path_ms", comparison.bound.critical_ms()},
                {"throughput", Json::array()},
                {"frames", Json::array()},
                {"settings", Json::array()},
@@ -305,7 +307,7 @@ Json to_json(const measure::SceneComparison& comparison) {
     json["recommendations"].push_back(recommendation_json(verdict));
   }
   for (const auto& row : comparison.throughput) {
-    json["throughput"].push_back(throughput_json(row, comparison.dt));
+    json["throughput"].push_back(throughput_json(row, comparison));
   }
   for (const auto& row : comparison.frames) {
     json["frames"].push_back(frame_json(row, comparison.dt));

@@ -98,13 +98,12 @@ std::string steps_part(const Json& scene) {
   for (const Json& row : scene.at("throughput")) {
     const Json& speed_up = row.at("speed_up");
     const int workers = row.at("workers");
-    const double allowed = work > 0 ? work / std::max(critical, work / workers) : 0;
     Bar bar = {row.at("label"),
                row_class(row),
                speed_up.at("value"),
                speed_up.at("interval")[0],
                speed_up.at("interval")[1],
-               workers > 1 ? allowed : 0,
+               workers > 1 ? row.at("allowed_speed_up").get<double>() : 0,
                ""};
     bar.text = fmt::format("{}× · {} ms", number(bar.value, 2),
                            readable(row.at("typical_ms").at("value")));

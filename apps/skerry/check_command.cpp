@@ -47,8 +47,8 @@ int check_file(const std::string& file) {
   fmt::print("  gravity ({}, {}, {}) m/s^2, {} of {:.6g} s, {}, sleeping {}\n",
              defaults.gravity.x(), defaults.gravity.y(), defaults.gravity.z(),
              count_text(defaults.steps, "step", "steps"), defaults.dt,
-             count_text(static_cast<std::size_t>(defaults.substeps), "substep", "substeps"),
-             defaults.sleep ? "on" : "off");
+             count_text(static_cast<std::size_t>(defaults.solver.substeps), "substep", "substeps"),
+             defaults.sleep.enabled ? "on" : "off");
   print_bodies(scene);
   fmt::print("  {}, {}, {}\n", count_text(scene.joints.size(), "joint", "joints"),
              count_text(scene.fields.size(), "force field", "force fields"),

@@ -38,7 +38,7 @@ measure::RunOptions options_of(const RunArguments& arguments, const scenes::Scen
   options.settings.workers = arguments.workers;
   options.settings.record_tasks = !arguments.trace_file.empty();
   if (!arguments.solver.empty()) options.settings.solver.kind = parse_solver(arguments.solver);
-  options.settings.measure_steps = arguments.measure;
+  if (arguments.measure) options.settings.measure_steps = true;
   if (arguments.substeps) options.settings.solver.substeps = *arguments.substeps;
   if (arguments.no_sleep) options.settings.sleep.enabled = false;
   options.dt = arguments.dt ? checked_dt(*arguments.dt) : scene.defaults.dt;

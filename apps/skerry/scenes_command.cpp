@@ -44,7 +44,7 @@ int list_as_json() {
                     {"joints", scene.joints.size()},
                     {"steps", scene.defaults.steps},
                     {"dt", scene.defaults.dt},
-                    {"substeps", scene.defaults.substeps}});
+                    {"substeps", scene.defaults.solver.substeps}});
   }
   fmt::print("{}\n", list.dump(2));
   return kOk;

@@ -273,10 +273,14 @@ TEST(StepAnalysis, takes_chains_item_by_item_and_phases_by_their_longest_block) 
   const jobs::TaskRecord tasks[] = {task("a", 8, 0, 2), task("b", 3, 0, 3), task("b", 1, 1, 1),
                                     task("c", 1, 0, 1), task("c", 5, 1, 5)};
   const GraphBound bound = graph_bound(stages, tasks);
-  EXPECT_DOUBLE_EQ(bound.work_ms, 18);
-  EXPECT_DOUBLE_EQ(bound.critical_ms, 2 + 6);  // item 1 of b and c
-  EXPECT_DOUBLE_EQ(bound.speed_up(2), 2);
+  EXPECT_DOUBLE_EQ(bound.work_ms(), 18);
+  EXPECT_DOUBLE_EQ(bound.critical_ms(), 2 + 6);      // item 1 of b and c
+  EXPECT_DOUBLE_EQ(bound.least_ms(2), 8 / 2.0 + 6);  // b and c wait for item 1
+  EXPECT_DOUBLE_EQ(bound.speed_up(2), 1.8);
   EXPECT_DOUBLE_EQ(bound.speed_up(100), 18.0 / 8);
+  GraphBound mean;
+  for (int i = 0; i < 2; ++i) mean.add(bound, 0.5);
+  EXPECT_DOUBLE_EQ(mean.speed_up(2), bound.speed_up(2));
   EXPECT_DOUBLE_EQ(imbalance({3, 1}), 1.5);
 }
 

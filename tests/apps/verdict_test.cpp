@@ -113,7 +113,7 @@ SceneComparison made_up() {
   comparison.throughput = {steps(ThreadingMode::serial, 1, 0),
                            steps(ThreadingMode::fork_join, 1.5, 0.05),
                            steps(ThreadingMode::job_system, 1.7, 0.05)};
-  comparison.bound = {.work_ms = 10, .critical_ms = 1};
+  comparison.bound.parts = {{.work_ms = 10, .critical_ms = 1}};
   comparison.frames = {frames(ThreadingMode::dedicated_thread, 2, 2.2, 30),
                        frames(ThreadingMode::fork_join, 2, 7, 7),
                        frames(ThreadingMode::job_system, 2, 7.1, 7.1),

@@ -73,7 +73,8 @@ std::vector<WrongScene> wrong_values() {
        ":2: substeps: must be a whole number between 1 and 64, got 0", true},
       {"steps_fraction", scene_with("\"steps\": 2.5"),
        ":2: steps: must be a whole number between 0 and 1000000000, got 2.5", true},
-      {"sleep", scene_with("\"sleep\": 1"), ":2: sleep: must be true or false, got 1", true},
+      {"sleep", scene_with("\"sleep\": 1"), ":2: sleep: must be true, false or an object, got 1",
+       true},
       {"radius", shape_with(R"("type": "sphere", "radius": -0.5)"),
        ":4: bodies[0].shapes[0].radius: must be positive, got -0.5", true},
       {"radius_missing", shape_with(R"("type": "sphere")"),
@@ -122,6 +123,37 @@ std::vector<WrongScene> wrong_values() {
   };
 }
 
+std::vector<WrongScene> wrong_settings() {
+  return {
+      {"solver_field", scene_with("\"solver\": {\"hertz\": 60}"),
+       ":2: solver.hertz: unknown field (did you mean \"contact_hertz\"?)", true},
+      {"solver_kind", scene_with("\"solver\": {\"kind\": \"pg\"}"),
+       ":2: solver.kind: must be one of soft_step_tgs, pgs, penalty, got \"pg\" (did you mean "
+       "\"pgs\"?)",
+       true},
+      {"contact_hertz", scene_with("\"solver\": {\"contact_hertz\": 0}"),
+       ":2: solver.contact_hertz: must be positive, got 0", true},
+      {"restitution_threshold", scene_with("\"solver\": {\"restitution_threshold\": -1}"),
+       ":2: solver.restitution_threshold: must be zero or more, got -1", true},
+      {"pgs_iterations", scene_with("\"solver\": {\"pgs\": {\"iterations\": 0}}"),
+       ":2: solver.pgs.iterations: must be a whole number between 1 and 10000, got 0", true},
+      {"penalty_hertz", scene_with("\"solver\": {\"penalty\": {\"hertz\": -60}}"),
+       ":2: solver.penalty.hertz: must be positive, got -60", true},
+      {"sleep_time", scene_with("\"sleep\": {\"time\": 0}"),
+       ":2: sleep.time: must be positive, got 0", true},
+      {"integrator", scene_with("\"integrator\": \"euler\""),
+       ":2: integrator: must be one of explicit_euler, semi_implicit_euler, velocity_verlet, rk4, "
+       "exact, got \"euler\" (did you mean \"explicit_euler\"?)",
+       true},
+      {"broadphase", scene_with("\"broadphase\": \"grid\""),
+       ":2: broadphase: must be one of tree, sweep_and_prune, fcl, got \"grid\"", true},
+      {"hit_speed", scene_with("\"hit_speed\": -1"), ":2: hit_speed: must be zero or more, got -1",
+       true},
+      {"swept", body_with(std::string(kBall) + R"(, "continuous": true)"),
+       ":3: bodies[0].continuous: must be a string, got true", true},
+  };
+}
+
 std::vector<WrongScene> wrong_names() {
   return {
       {"material", body_with(std::string(kBall) + R"(, "material": "rubber")"),
@@ -150,18 +182,6 @@ std::vector<WrongScene> wrong_names() {
       {"unused_prefab_in_itself",
        scene_with("\"prefabs\": { \"a\": { \"bodies\": [ { \"prefab\": \"a\" } ] } }"),
        ":2: prefabs.a.bodies[0].prefab: prefab \"a\" contains itself (a -> a)", false},
-      {"joint_body",
-       named_balls(R"("joints": [{"type": "ball", "a": "a", "b": "bb", "anchor": [0, 0, 0]}])"),
-       ":3: joints[0].b: unknown body \"bb\" (did you mean \"b\"?)", false},
-      {"joint_to_itself",
-       named_balls(R"("joints": [{"type": "ball", "a": "a", "b": "a", "anchor": [0, 0, 0]}])"),
-       ":3: joints[0].b: joins the body to itself", false},
-      {"joint_type", named_balls(R"("joints": [{"type": "slider", "a": "a", "b": "b"}])"),
-       ":3: joints[0].type: must be one of ball, hinge, got \"slider\"", true},
-      {"joint_limits",
-       named_balls(R"("joints": [{"type": "hinge", "a": "a", "b": "b", "anchor": [0, 0, 0], )"
-                   R"("axis": [0, 1, 0], "limits_degrees": [30, -30]}])"),
-       ":3: joints[0].limits_degrees: the lower limit is above the upper", false},
       {"field_type", scene_with(R"("force_fields": [{"type": "wnd"}])"),
        ":2: force_fields[0].type: must be one of uniform, drag, attractor, spring, wind, got "
        "\"wnd\" (did you mean \"wind\"?)",
@@ -220,7 +240,9 @@ void append(std::vector<WrongScene>& to, std::vector<WrongScene> more) {
 std::vector<WrongScene> wrong_scenes() {
   std::vector<WrongScene> all = wrong_texts();
   append(all, wrong_values());
+  append(all, wrong_settings());
   append(all, wrong_names());
+  append(all, wrong_joints());
   append(all, wrong_repeaters_and_events());
   return all;
 }
@@ -228,8 +250,11 @@ std::vector<WrongScene> wrong_scenes() {
 std::string full_scene() {
   return R"({
   "$schema": "scene.schema.json", "format": "skerry-scene", "version": 1, "name": "full",
-  "description": "Every field", "gravity": [0, -9.81, 0], "dt": 0.02, "solver": "pgs", "substeps": 6, "steps": 50,
-  "warmup": 5, "sleep": false, "seed": 99,
+  "description": "Every field", "gravity": [0, -9.81, 0], "dt": 0.02, "substeps": 6, "steps": 50,
+  "solver": { "kind": "pgs", "contact_hertz": 90, "contact_damping_ratio": 5, "max_push_velocity": 2, "restitution_threshold": 0.5, "joint_hertz": 50, "joint_damping_ratio": 1.5,
+    "pgs": { "iterations": 20, "correction": "baumgarte", "correction_rate": 0.1, "slop": 0.002 }, "penalty": { "substeps": 16, "hertz": 80 } },
+  "warmup": 5, "sleep": { "enabled": false, "linear_threshold": 0.1, "angular_threshold": 0.2, "time": 1 }, "seed": 99,
+  "integrator": "rk4", "broadphase": "sweep_and_prune", "continuous": false, "persist_events": true, "hit_speed": 2, "measure": true,
   "materials": { "steel": { "friction": 0.3, "restitution": 0.2, "rolling_resistance": 0.001, "density": 7800 } },
   "meshes": { "block": { "file": "block.obj", "scale": [2, 1, 2], "weld": 1e-6, "manifold": true } },
   "prefabs": {
@@ -249,7 +274,7 @@ std::string full_scene() {
       "friction": 0.4, "restitution": 0.1, "rolling_resistance": 0.01,
       "mass": { "mass": 10, "center": [0, 0.1, 0], "inertia": [1, 1, 1] }, "gravity_scale": 0.5,
       "linear_damping": 0.1, "angular_damping": 0.2, "locks": { "translation": [false, false, true], "rotation": [true, false, false] },
-      "allow_sleep": false, "awake": true, "user_data": 77,
+      "allow_sleep": false, "awake": true, "continuous": "never", "user_data": 77,
       "shapes": [
         { "type": "box", "half_extents": [0.5, 0.5, 0.5], "position": [0, 0.5, 0], "orientation": [0, 0, 0, 1],
           "category": 2, "mask": 255, "group": -3, "sensor": false, "material": "steel", "density": 100, "friction": 0.9, "restitution": 0, "rolling_resistance": 0 },
@@ -271,7 +296,18 @@ std::string full_scene() {
       "of": [{ "shapes": [{ "type": "sphere", "radius": 0.5 }] }] }
   ],
   "joints": [
-    { "type": "hinge", "a": "thing", "b": "heavy", "anchor": [2, 5, 0], "axis": [0, 0, 1], "limits_degrees": [-30, 45], "motor": { "speed": 1, "max_torque": 10 }, "collide": false }
+    { "type": "hinge", "a": "thing", "b": "heavy", "anchor": [2, 5, 0], "axis": [0, 0, 1], "limits_degrees": [-30, 45], "motor": { "speed": 1, "max_torque": 10 }, "collide": false },
+    { "type": "hinge", "b": "thing", "anchor": [0, 6, 0], "axis": [0, 0, 2], "limits_degrees": [null, 90], "limit_frequency": 3, "limit_damping_ratio": 0.5,
+      "spring": { "frequency": 1, "damping_ratio": 0.7, "rest_degrees": 30 }, "friction_torque": 2, "breaks": { "force": 5000, "torque": 400 } },
+    { "type": "ball", "a": "thing", "b": "s[0]", "anchor": [0, 5, 0], "friction_torque": 3 },
+    { "type": "slider", "a": "heavy", "b": "g[0]", "anchor": [4, 5, 0], "axis": [1, 0, 0], "limits": [-1, 2], "limit_frequency": 4, "limit_damping_ratio": 0.6,
+      "spring": { "frequency": 2, "damping_ratio": 0.3, "rest": 0.5 }, "motor": { "target": 1, "max_force": 30, "frequency": 5, "damping_ratio": 0.8 }, "friction_force": 6 },
+    { "type": "fixed", "a": "heavy", "b": "g[2]", "anchor": [4, 5, 0], "collide": true },
+    { "type": "distance", "a": "heavy", "b": "g[4]", "anchor_a": [4, 5, 0], "anchor_b": [5, 5, 0], "limits": [null, 3], "motor": { "speed": -2, "max_force": 9 } },
+    { "type": "cone_twist", "a": "heavy", "b": "g[6]", "anchor": [4, 5, 0], "axis": [1, 0, 0], "swing_limit_degrees": 45, "twist_limits_degrees": [-10, 20], "limit_frequency": 6, "limit_damping_ratio": 0.7,
+      "swing": { "spring": { "frequency": 1 }, "friction_torque": 4 }, "twist": { "motor": { "target_degrees": 15, "max_torque": 8, "frequency": 3, "damping_ratio": 0.9 } } },
+    { "type": "six_dof", "a": "s[1]", "b": "s[2]", "anchor": [-20, 2, 0], "orientation": { "axis": [0, 1, 0], "degrees": 90 },
+      "axes": { "x": "free", "y": "locked", "z": { "limits": [0, 1], "limit_frequency": 2 }, "swing_x": { "limits_degrees": [-45, null] }, "swing_y": { "spring": { "frequency": 2 } }, "twist": "free" } }
   ],
   "force_fields": [
     { "type": "uniform", "acceleration": [0, 1, 0], "force": [1, 0, 0], "bodies": ["heavy"] },

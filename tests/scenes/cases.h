@@ -15,6 +15,7 @@ struct WrongScene {
 };
 
 std::vector<WrongScene> wrong_scenes();
+std::vector<WrongScene> wrong_joints();  // part of them
 
 // A file that uses every field there is.
 std::string full_scene();

@@ -172,6 +172,83 @@ TEST(Catalogue, seeds_change_the_jitter_and_nothing_else_does) {
             body(make_scene("box_pile", 2), 0).position);
 }
 
+TEST(JointedScenes, ragdoll_rain_keeps_its_schedule) {
+  const SceneDesc scene = make_scene("ragdoll_rain");
+  EXPECT_EQ(moving(scene), 10u * 3 * 14);
+  EXPECT_EQ(scene.joints.size(), 10u * 3 * 13);
+  std::vector<std::uint64_t> spawns;
+  std::size_t removed = 0;
+  for (const scenes::SceneEvent& event : scene.events) {
+    if (const auto* spawn = std::get_if<scenes::SpawnEvent>(&event.action)) {
+      spawns.push_back(event.step);
+      EXPECT_EQ(spawn->bodies.size(), 420u);
+    } else {
+      ++removed;
+    }
+  }
+  const std::vector<std::uint64_t> due = {17, 65, 81, 129, 145, 193, 209, 257, 273, 321, 337, 385};
+  EXPECT_EQ(spawns, due);
+  EXPECT_EQ(removed, 3u * 420);
+  std::size_t hinges = 0;
+  for (std::size_t i = 0; i < 13; ++i) {
+    hinges += std::holds_alternative<HingeJoint>(scene.joints[i].joint);
+  }
+  EXPECT_EQ(hinges, 4u);
+}
+
+// A scene's world after some of its steps.
+struct Played {
+  explicit Played(const char* name, std::uint64_t steps)
+      : scene(make_scene(name)),
+        world(scenes::world_settings(scene)),
+        built(scenes::build(scene, world)) {
+    for (std::uint64_t n = 1; n <= steps; ++n) {
+      scenes::apply_events(scene, built, world, n);
+      world.step(scene.defaults.dt);
+    }
+  }
+  double lowest() const {
+    double y = 1e9;
+    for (const BodyId id : built.bodies) {
+      if (world.contains(id) && world.type(id) == BodyType::dynamic) {
+        y = std::min(y, world.pose(id).position.y());
+      }
+    }
+    return y;
+  }
+  SceneDesc scene;
+  World world;
+  scenes::BuiltScene built;
+};
+
+TEST(JointedScenes, ragdolls_stay_whole_and_above_the_ground) {
+  const Played rain("ragdoll_rain", 260);
+  EXPECT_GT(rain.lowest(), 0);
+  EXPECT_LT(rain.lowest(), 0.2);  // and have arrived
+  double widest = 0;
+  for (std::size_t first = 100; first + 14 <= rain.built.bodies.size(); first += 14) {
+    const Pose pelvis = rain.world.pose(rain.built.bodies[first]);
+    const Pose thigh = rain.world.pose(rain.built.bodies[first + 6]);
+    // The pelvis is a capsule turned by a quarter: the hip in its axes and in the thigh's.
+    const Vec3 hip = pelvis.position + pelvis.orientation * Vec3(-0.05, -0.1, 0);
+    const Vec3 top = thigh.position + thigh.orientation * Vec3(0, 0.2, 0);
+    widest = std::max(widest, (hip - top).norm());
+  }
+  EXPECT_LT(widest, 0.02);
+}
+
+TEST(JointedScenes, bridges_hang_and_carry_their_boxes) {
+  const Played bridges("bridge", 300);
+  // Planks 24 of a bridge after its first post; the deepest hangs well above the floor.
+  for (std::size_t first = 1; first + 38 <= bridges.built.bodies.size(); first += 38) {
+    for (std::size_t plank = 1; plank <= 24; ++plank) {
+      const double y = bridges.world.pose(bridges.built.bodies[first + plank]).position.y();
+      EXPECT_GT(y, 3.5) << first << ' ' << plank;
+      EXPECT_LT(y, 6.2) << first << ' ' << plank;
+    }
+  }
+}
+
 TEST(Catalogue, unknown_names_are_answered_with_the_nearest) {
   try {
     make_scene("box_pil");

@@ -79,9 +79,10 @@ TEST(SceneFile, defaults_are_those_of_the_documentation) {
   EXPECT_EQ(scene.name, "right");
   EXPECT_EQ(scene.defaults.gravity, Vec3(0, -10, 0));
   EXPECT_EQ(scene.defaults.dt, 1.0 / 60);
-  EXPECT_EQ(scene.defaults.substeps, 4);
+  EXPECT_EQ(scene.defaults.solver.substeps, 4);
   EXPECT_EQ(scene.defaults.steps, 300u);
-  EXPECT_TRUE(scene.defaults.sleep);
+  EXPECT_EQ(scene.defaults.solver.kind, SolverKind::soft_step_tgs);
+  EXPECT_TRUE(scene.defaults.sleep.enabled);
 }
 
 TEST(SceneFile, every_field_arrives) {
@@ -89,14 +90,11 @@ TEST(SceneFile, every_field_arrives) {
   EXPECT_EQ(scene.name, "full");
   EXPECT_EQ(scene.defaults.gravity, Vec3(0, -9.81, 0));
   EXPECT_EQ(scene.defaults.dt, 0.02);
-  EXPECT_EQ(scene.defaults.solver, SolverKind::pgs);
-  EXPECT_EQ(scene.defaults.substeps, 6);
   EXPECT_EQ(scene.defaults.steps, 50u);
   EXPECT_EQ(scene.defaults.warmup, 5u);
-  EXPECT_FALSE(scene.defaults.sleep);
   // ground, thing, heavy, pair, grid of 4 balls and 4 pairs, stack, pile
   EXPECT_EQ(scene.bodies.size(), 3u + 2 + 12 + 3 + 10);
-  EXPECT_EQ(scene.joints.size(), 1u + 4 + 1);
+  EXPECT_EQ(scene.joints.size(), 8u + 4 + 1);
   EXPECT_EQ(scene.fields.size(), 5u);
   ASSERT_EQ(scene.events.size(), 3u);
   EXPECT_EQ(scene.events[0].step, 10u);
@@ -121,6 +119,7 @@ TEST(SceneFile, every_field_arrives) {
   EXPECT_TRUE(thing.locks.translation[2]);
   EXPECT_TRUE(thing.locks.rotation[0]);
   EXPECT_FALSE(thing.allow_sleep);
+  EXPECT_EQ(thing.continuous, ContinuousCollision::never);
   EXPECT_EQ(thing.user_data, 77u);
   ASSERT_EQ(thing.shapes.size(), 6u);
   const ShapeOptions& box = thing.shapes[0].options;
@@ -135,11 +134,38 @@ TEST(SceneFile, every_field_arrives) {
   EXPECT_FALSE(thing.shapes[1].options.material);  // the body's
   EXPECT_EQ(std::get<ConvexHull>(thing.shapes[4].geometry).points[1], Vec3(0.5, 0, 0));
   EXPECT_EQ(std::get<ConvexHull>(thing.shapes[5].geometry).points.size(), 8u);
+}
 
-  const auto& hinge = std::get<HingeJoint>(scene.joints.back().joint);
-  EXPECT_NEAR(*hinge.lower_angle, -scenes::kPi / 6, 1e-15);
-  EXPECT_NEAR(*hinge.upper_angle, scenes::kPi / 4, 1e-15);
-  EXPECT_EQ(hinge.drive.motor.max_force, 10);
+TEST(SceneFile, settings_reach_the_world) {
+  const SceneDesc scene = read(full_scene());
+  const World world(scenes::world_settings(scene));
+  const WorldSettings& settings = world.settings();
+  EXPECT_EQ(settings.gravity, Vec3(0, -9.81, 0));
+  EXPECT_EQ(settings.solver.kind, SolverKind::pgs);
+  EXPECT_EQ(settings.solver.substeps, 6);
+  EXPECT_EQ(settings.solver.contact_hertz, 90);
+  EXPECT_EQ(settings.solver.contact_damping_ratio, 5);
+  EXPECT_EQ(settings.solver.max_push_velocity, 2);
+  EXPECT_EQ(settings.solver.restitution_threshold, 0.5);
+  EXPECT_EQ(settings.solver.joint_hertz, 50);
+  EXPECT_EQ(settings.solver.joint_damping_ratio, 1.5);
+  EXPECT_EQ(settings.solver.pgs.iterations, 20);
+  EXPECT_EQ(settings.solver.pgs.correction, PositionCorrection::baumgarte);
+  EXPECT_EQ(settings.solver.pgs.correction_rate, 0.1);
+  EXPECT_EQ(settings.solver.pgs.slop, 0.002);
+  EXPECT_EQ(settings.solver.penalty.substeps, 16);
+  EXPECT_EQ(settings.solver.penalty.hertz, 80);
+  EXPECT_FALSE(settings.sleep.enabled);
+  EXPECT_EQ(settings.sleep.linear_threshold, 0.1);
+  EXPECT_EQ(settings.sleep.angular_threshold, 0.2);
+  EXPECT_EQ(settings.sleep.time, 1);
+  EXPECT_EQ(settings.integrator, Integrator::rk4);
+  EXPECT_EQ(settings.broadphase, BroadphaseKind::sweep_and_prune);
+  EXPECT_FALSE(settings.continuous);
+  EXPECT_TRUE(settings.persist_events);
+  EXPECT_EQ(settings.hit_speed, 2);
+  EXPECT_TRUE(settings.measure_steps);
+  EXPECT_EQ(read(scene_with("\"solver\": \"penalty\"")).defaults.solver.kind, SolverKind::penalty);
 }
 
 TEST(SceneFile, prefabs_carry_their_joints_to_where_they_are_placed) {
