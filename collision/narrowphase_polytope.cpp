@@ -123,7 +123,7 @@ void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedSh
 // clipping may miss the deepest corner.
 void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incident_is_b, float size,
                  PointList& list) {
-  if (has_deepest(list, axis, 0.05f * std::fabs(axis.separation) + 2e-3f * size)) return;
+  if (has_deepest(list, axis, 0.01f * std::fabs(axis.separation) + 2e-3f * size)) return;
   const V3f toward = incident_is_b ? -axis.normal : axis.normal;
   const Corner corner = farthest_corner(incident, toward);
   list.add(corner.point + toward * (0.5f * axis.separation), axis.separation, corner.id);

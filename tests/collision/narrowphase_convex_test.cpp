@@ -42,6 +42,19 @@ double size(const ShapeGeometry& shape) {
   return least;
 }
 
+// The diagonal of its bounds.
+double width(const ShapeGeometry& shape) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < 3; ++i)
+    for (const double sign : {-1.0, 1.0})
+      sum[i] += std::abs(support(shape, {}, sign * Vec3::Unit(i))[i]);
+  return sum.norm();
+}
+
+bool is_polytope(const ShapeGeometry& shape) {
+  return std::holds_alternative<Box>(shape) || std::holds_alternative<ConvexHull>(shape);
+}
+
 using Names = std::pair<const char*, const char*>;
 
 class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
@@ -84,15 +97,22 @@ double NarrowphaseConvexPair::missed_by(const Sweep& best) {
   if (scene_.contact().manifold_count == 0) return best.separation > -2e-4 ? 0 : -best.separation;
   const Vec3 normal = core::to_double(scene_.manifold().normal);
   EXPECT_NEAR(normal.norm(), 1, 1e-5);
+  // Faces are preferred to edges that are better by no more than about this.
   const double tolerance =
-      0.01 * std::abs(best.separation) + 1.5e-3 * std::min(size(a_), size(b_)) + 1e-5;
+      0.01 * std::abs(best.separation) + 2e-3 * std::min(size(a_), size(b_)) + 1e-5;
+  // Where corners of polytopes come near each other, the best axis of faces and edges falls short of
+  // their distance.
+  const bool corners = best.separation > 0 && is_polytope(a_) && is_polytope(b_);
+  const double short_by = corners ? std::max(tolerance, 0.25 * best.separation) : tolerance;
   const double along = gap_along(a_, pose_a_, b_, pose_b_, normal);
   const double deepest = double(scene_.deepest());
-  const double too_deep = std::max(best.separation - along, along - deepest);
-  if (!(too_deep < tolerance)) return too_deep;
-  // Only where the shapes overlap clearly must a point tell of the depth.
+  if (!(best.separation - along < short_by)) return best.separation - along;
+  if (!(along - deepest < tolerance)) return along - deepest;
+  // Only where the shapes overlap clearly must a point tell of the depth. Of all that are as deep, up to a
+  // thousandth of the patch's width, the four points that span it best are chosen.
+  const double choice = 1e-3 * std::min(width(a_), width(b_));
   const bool overlap = best.separation < -2 * tolerance;
-  return overlap && deepest >= along + 2 * tolerance + 1e-5 ? deepest - along : 0;
+  return overlap && deepest >= along + tolerance + choice ? deepest - along : 0;
 }
 
 void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, int poses) {
@@ -105,9 +125,10 @@ void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, i
     for (int i = 0; i < poses; ++i) {
       place(random, i);
       collide();
-      const Sweep best = sweep(a_, pose_a_, b_, pose_b_);
+      Sweep best = sweep(a_, pose_a_, b_, pose_b_);
       overlaps += best.separation < 0;
       contacts += scene_.contact().manifold_count != 0;
+      if (missed_by(best) > 0) best = sweep(a_, pose_a_, b_, pose_b_, 100);
       const double missed = missed_by(best);
       if (missed <= 0) continue;
       ++misses;
