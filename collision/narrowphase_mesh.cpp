@@ -325,7 +325,8 @@ std::uint32_t convex_mesh(const PlacedShape& a, const PlacedShape& b, Query& que
     collider.collide(b, triangles.subspan(first, std::min<std::size_t>(TriangleBatch::kSize,
                                                                        triangles.size() - first)));
   query.cache = 0;
-  gather_patches(scratch.points, kSamePoint * bounds.longest(), patches);
+  const float size = bounds.longest() - 2 * query.margin;
+  gather_patches(scratch.points, kSamePoint * size, patches);
   return collider.failures();
 }
 
