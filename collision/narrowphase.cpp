@@ -232,7 +232,7 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
     }
     if (i + kAhead < active_pairs.end)
       prefetch_pair(step, step.contacts->pairs[active[i + kAhead]]);
-    collide_pair(step, pair, scratch);
+    if (!collide_centered_spheres(step, pair)) collide_pair(step, pair, scratch);
   }
   flush(step, scratch);
 }
