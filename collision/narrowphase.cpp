@@ -258,7 +258,7 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
       continue;
     }
     if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
-    collide_pair(step, known, pair, scratch);
+    if (!collide_centered_spheres(step, known, pair)) collide_pair(step, known, pair, scratch);
   }
   flush(step, known, scratch);
 }

@@ -6,6 +6,7 @@
 //   Threads  pure functions.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -89,7 +90,12 @@ class PointList {
         normal_(normal),
         speed_(core::dot(normal, query.linear)),
         gradient_(core::cross(normal, query.angular)) {}
-  void add(const V3f& position, float separation, std::uint32_t feature);
+  void add(const V3f& position, float separation, std::uint32_t feature) {
+    const float vn = speed_ + core::dot(gradient_, position);
+    // Negated, so that NaN is left out.
+    if (!(separation + query_.dt * (vn < 0 ? vn : 0) <= query_.slop)) return;
+    if (count_ < kCapacity) points_[count_++] = {position, separation, feature};
+  }
   std::uint32_t size() const { return count_; }
   ContactPoint* begin() { return points_; }
   ContactPoint* end() { return points_ + count_; }
@@ -119,7 +125,11 @@ void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& n
                    ContactPatch& patch);
 
 // A unit vector along v, or `otherwise` if v is too short to have a direction.
-V3f direction(const V3f& v, const V3f& otherwise);
+inline V3f direction(const V3f& v, const V3f& otherwise) {
+  const float squared = core::dot(v, v);
+  if (!(squared > 1e-30f)) return otherwise;
+  return v * (1 / std::sqrt(squared));
+}
 // Some unit vector at right angles to a unit vector; continuous except near one great circle.
 V3f perpendicular(const V3f& unit);
 
