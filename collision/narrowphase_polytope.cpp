@@ -35,6 +35,18 @@ float moved(const AxisMemory& memory, const AxisQuery& query) {
   return core::length(query.offset - memory.offset) + std::sqrt(squared) * query.b.radius;
 }
 
+// How the shapes move in this step (see AxisQuery).
+void foresee(const PlacedShape& a, const PlacedShape& b, const Query& query, AxisQuery& ask) {
+  // Points of a contact are no farther than this from the middle of the smaller shape.
+  const float radius = std::min(ask.a.radius, ask.b.radius) + query.margin;
+  const V3f middle = ask.a.radius < ask.b.radius ? a.center : b.center, w = query.angular;
+  ask.way = transposed_times(a.axes, query.linear + cross(w, middle)) * query.dt;
+  // The 1-norm spares a root.
+  ask.spin = ((std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z)) * (radius * query.dt);
+  ask.margin = query.margin;
+  ask.slop = query.slop;
+}
+
 // Faces over edges and a's faces over b's, unless the other is better by more than a tolerance;
 // what was chosen last time wins ties.
 Axis prefer(const AxisAnswer& answer, AxisName::Kind last, float tolerance) {
@@ -167,13 +179,13 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
   ask.rotation = {transposed_times(a.axes, b.axes.c0), transposed_times(a.axes, b.axes.c1),
                   transposed_times(a.axes, b.axes.c2)};
   ask.offset = transposed_times(a.axes, b.center - a.center);
-  ask.margin = query.margin;
+  foresee(a, b, query, ask);
   ask.tolerance = kTie * size;
   const AxisName last = AxisName::unpack(query.cache);
   if (last.kind != AxisName::kNothing) {
     ask.recalled = recall_axis(ask, last);
     query.apart = ask.recalled.separation;
-    if (ask.recalled.separation > query.margin) return;
+    if (parts(ask, ask.recalled)) return;
     const float best = query.memory->separation + moved(*query.memory, ask);
     if (ask.recalled.separation > best - kKeptAxis * size)
       return contact(placed(ask.recalled, a, b, ask), a, b, query, size, patch);

@@ -213,14 +213,14 @@ void search_axes_lanes(const AxisQuery& query, AxisAnswer& answer) {
   answer = {};
   const FaceAxis fa = widest_face<L>(query.a, query.b, query.rotation, query.offset);
   answer.face_a = {{AxisName::kFaceOfA, fa.face, 0}, fa.separation};
-  if (fa.separation > query.margin) {
+  if (parts(query, answer.face_a)) {
     answer.apart = answer.face_a;
     return;
   }
   const FaceAxis fb =
       widest_face<L>(query.b, query.a, transposed(query.rotation), offset_in_b(query));
   answer.face_b = {{AxisName::kFaceOfB, 0, fb.face}, fb.separation};
-  if (fb.separation > query.margin) {
+  if (parts(query, answer.face_b)) {
     answer.apart = answer.face_b;
     return;
   }
@@ -237,5 +237,5 @@ void search_axes_lanes(const AxisQuery& query, AxisAnswer& answer) {
     threshold = std::max(threshold, query.recalled.separation - query.tolerance);
   widest_edges<L>(query, transposed_times(query.rotation, nearest_a - query.offset),
                   query.rotation * nearest_b + query.offset, threshold, answer.edges);
-  if (answer.edges.separation > query.margin) answer.apart = answer.edges;
+  if (parts(query, answer.edges)) answer.apart = answer.edges;
 }
