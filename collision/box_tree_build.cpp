@@ -1,6 +1,7 @@
 #include "collision/box_tree_build.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace skerry::collision {
 namespace {
@@ -22,55 +23,85 @@ int longest_axis(std::span<const BuildItem> items) {
   return longest;
 }
 
-class Builder {
- public:
-  explicit Builder(std::vector<BoxNode>& nodes) : nodes_(nodes) {}
-
-  // Adds a node over the items with all below it; returns its box.
-  Aabb add_node(std::span<BuildItem> items) {
-    const auto index = static_cast<std::uint32_t>(nodes_.size());
-    nodes_.push_back(empty_node());
-    // Items below one child: the smallest power of eight that leaves at most eight children.
-    std::size_t part = 1;
-    while (part * BoxNode::kWidth < items.size()) part *= BoxNode::kWidth;
-    unsigned lane = 0;
-    add_children(items, part, index, lane);
-    return node_box(nodes_[index]);
-  }
-
- private:
-  void add_children(std::span<BuildItem> items, std::size_t part, std::uint32_t parent,
-                    unsigned& lane) {
-    const std::size_t parts = (items.size() + part - 1) / part;
-    if (parts > 1) {
-      const std::size_t middle = parts / 2 * part;
-      const int axis = longest_axis(items);
-      std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle),
-                       items.end(), [axis](const BuildItem& a, const BuildItem& b) {
-                         const float ca = twice_center(a.box, axis), cb = twice_center(b.box, axis);
-                         return ca < cb || (ca == cb && a.item < b.item);
-                       });
-      add_children(items.first(middle), part, parent, lane);
-      add_children(items.subspan(middle), part, parent, lane);
-      return;
-    }
-    if (items.size() == 1) {
-      set_lane(nodes_[parent], lane++, items[0].box, items[0].item | BoxNode::kItem);
-      return;
-    }
-    const auto child = static_cast<std::uint32_t>(nodes_.size());
-    const Aabb box = add_node(items);  // may move nodes_
-    set_lane(nodes_[parent], lane++, box, child);
-  }
-
-  std::vector<BoxNode>& nodes_;
-};
+// Items below one child: the smallest power of eight that leaves at most eight children.
+std::uint32_t part_of(std::uint32_t count) {
+  std::uint32_t part = 1;
+  while (part * BoxNode::kWidth < count) part *= BoxNode::kWidth;
+  return part;
+}
 
 }  // namespace
 
+void TreeBuild::begin(std::span<BuildItem> items) {
+  items_ = items;
+  nodes_.clear();
+  parent_.clear();
+  used_.clear();
+  splits_.clear();
+  if (items.empty()) return;
+  const auto count = static_cast<std::uint32_t>(items.size());
+  splits_.push_back({0, count, part_of(count), add_node(0)});
+}
+
+void TreeBuild::run(double part) {
+  // An item takes part in about log2 n splits.
+  const auto items = static_cast<double>(items_.size());
+  double left = part * items * std::log2(items + 1);
+  while (!splits_.empty() && left > 0) {
+    const Split split = splits_.back();
+    splits_.pop_back();
+    if (split.count > split.part) {
+      divide(split);
+      left -= split.count;
+    } else {
+      add_child(split);
+    }
+  }
+}
+
+std::uint32_t TreeBuild::add_node(std::uint32_t parent) {
+  nodes_.push_back(empty_node());
+  parent_.push_back(parent);
+  used_.push_back(0);
+  return static_cast<std::uint32_t>(nodes_.size() - 1);
+}
+
+void TreeBuild::divide(const Split& split) {
+  const std::uint32_t parts = (split.count + split.part - 1) / split.part;
+  const std::uint32_t half = parts / 2 * split.part;
+  const std::span<BuildItem> items = items_.subspan(split.first, split.count);
+  const int axis = longest_axis(items);
+  std::nth_element(items.begin(), items.begin() + half, items.end(),
+                   [axis](const BuildItem& a, const BuildItem& b) {
+                     const float ca = twice_center(a.box, axis), cb = twice_center(b.box, axis);
+                     return ca < cb || (ca == cb && a.item < b.item);
+                   });
+  splits_.push_back({split.first + half, split.count - half, split.part, split.node});
+  splits_.push_back({split.first, half, split.part, split.node});
+}
+
+void TreeBuild::add_child(const Split& split) {
+  const unsigned lane = used_[split.node]++;
+  if (split.count == 1) {
+    const BuildItem& item = items_[split.first];
+    set_lane(nodes_[split.node], lane, item.box, item.item | BoxNode::kItem);
+    return;
+  }
+  const std::uint32_t child = add_node(split.node * BoxNode::kWidth + lane);
+  nodes_[split.node].child[lane] = child;
+  splits_.push_back({split.first, split.count, part_of(split.count), child});
+}
+
 void build_nodes(std::span<BuildItem> items, std::vector<BoxNode>& nodes) {
-  nodes.clear();
-  if (!items.empty()) Builder(nodes).add_node(items);
+  TreeBuild build;
+  build.begin(items);
+  while (!build.complete()) build.run(1);
+  nodes.swap(build.nodes());
+  for (std::size_t node = nodes.size(); node-- > 1;) {
+    const std::uint32_t slot = build.parents()[node];
+    set_lane(nodes[slot / BoxNode::kWidth], slot % BoxNode::kWidth, node_box(nodes[node]),
+             static_cast<std::uint32_t>(node));
+  }
 }
 
 }  // namespace skerry::collision

@@ -14,9 +14,38 @@ struct BuildItem {
   std::uint32_t item;  // below BoxNode::kItem
 };
 
-// Replaces `nodes` by a tree over the items, which are reordered. Splits at medians of the longest
-// axis of the centres, so that all nodes but the last of a level are full; a parent comes before its
+// Builds a tree bit by bit, and the same one whatever the bits. Splits at medians of the longest axis
+// of the centres, so that all nodes but the last of a level are full; a parent comes before its
 // children. O(n log n).
+class TreeBuild {
+ public:
+  // The items must stay where they are until the tree is complete; they are reordered.
+  void begin(std::span<BuildItem> items);
+  // Goes on until about `part` (0 to 1) of the work is done.
+  void run(double part);
+  bool complete() const { return splits_.empty(); }
+  // All but the boxes of inner nodes, once it is complete.
+  std::vector<BoxNode>& nodes() { return nodes_; }
+  // Of each node: slot in its parent, node * 8 + lane.
+  std::vector<std::uint32_t>& parents() { return parent_; }
+
+ private:
+  // Items that are to come below one node, in children of `part` items each.
+  struct Split {
+    std::uint32_t first, count, part, node;
+  };
+  std::uint32_t add_node(std::uint32_t parent);
+  void divide(const Split& split);
+  void add_child(const Split& split);
+
+  std::span<BuildItem> items_;
+  std::vector<BoxNode> nodes_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint8_t> used_;  // [node] lanes
+  std::vector<Split> splits_;       // to be made; the last one first
+};
+
+// Replaces `nodes` by a tree over the items, which are reordered.
 void build_nodes(std::span<BuildItem> items, std::vector<BoxNode>& nodes);
 
 inline Aabb empty_box() {

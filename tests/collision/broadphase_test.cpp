@@ -13,6 +13,7 @@
 
 #include "collision/box_tree.h"
 #include "collision/geometry_build.h"
+#include "tests/support/rounds.h"
 
 namespace skerry::collision {
 namespace {
@@ -690,6 +691,61 @@ TEST(BoxTree, keeps_its_items_through_random_changes) {
     }
   }
   EXPECT_LT(tree.rebuild_count(), 150u);  // of 400 refits with a sixth of the items changed in each
+}
+
+// Items come, go and move while a new tree is in the making.
+TEST(BoxTree, keeps_its_items_while_it_is_built_ahead) {
+  std::mt19937 random(43);
+  std::uniform_real_distribution<float> place(-50, 50), small(-1, 1);
+  BoxTree tree;
+  StubTask task;
+  std::map<std::uint32_t, Aabb> boxes;
+  const auto random_box = [&] {
+    Aabb box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.min[axis] = place(random);
+      box.max[axis] = box.min[axis] + 2;
+    }
+    return box;
+  };
+  for (int round = 0; round < test::rounds(300); ++round) {
+    for (int i = 0; i < 40; ++i) {
+      const std::uint32_t item = random() % 6000;
+      if (!boxes.contains(item)) tree.insert(item, boxes[item] = random_box());
+      if (round > 0) continue;
+      for (std::uint32_t first = 0; first < 5000; ++first)
+        if (!boxes.contains(first)) tree.insert(first, boxes[first] = random_box());
+    }
+    for (auto it = boxes.begin(); it != boxes.end();) {
+      const auto dice = random() % 256;
+      if (dice == 0) {
+        tree.remove(it->first);
+        it = boxes.erase(it);
+        continue;
+      }
+      if (dice < 64) {
+        for (int axis = 0; axis < 3; ++axis) {
+          const float by = small(random);
+          it->second.min[axis] += by;
+          it->second.max[axis] += by;
+        }
+        if (!tree.update_in_place(it->first, it->second)) tree.update(it->first, it->second);
+      }
+      ++it;
+    }
+    tree.refit(&task);
+    ASSERT_EQ(tree.size(), boxes.size());
+    for (int q = 0; q < 3; ++q) {
+      Aabb box = random_box();
+      if (q == 0) box = {{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 1e9f}};
+      std::set<std::uint32_t> found;
+      tree.query(box, [&](std::uint32_t item) { ASSERT_TRUE(found.insert(item).second); });
+      for (const auto& [item, item_box] : boxes)
+        ASSERT_EQ(found.contains(item), overlap(item_box, box)) << "round " << round;
+    }
+    if (random() % 4 != 0) tree.build_ahead();  // or nothing was to be asked in this step
+  }
+  EXPECT_GT(tree.rebuild_count(), static_cast<std::uint32_t>(test::rounds(300)) / 100);
 }
 
 TEST(BoxTree, equal_boxes_added_one_by_one_stay_within_the_depth_of_a_query) {
