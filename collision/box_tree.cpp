@@ -15,10 +15,6 @@ constexpr unsigned kWidth = BoxNode::kWidth;
 // stack is full.
 constexpr unsigned kDeepest = kMaxDepth / 2;
 
-// Calls of build_ahead that a rebuild takes. More of them make a tree that is worse when it comes:
-// bodies have moved on. With some forty, queries of bodies that mix at 5 m/s took thrice as long.
-constexpr double kBuildParts = 4;
-
 // Rebuilding costs about as much as forty refits of all items; boxes that are half as large again
 // cost more than that in queries within some tens of steps (bench/micro/broadphase_bench).
 constexpr double kWornOut = 1.5;
@@ -68,7 +64,7 @@ void BoxTree::insert(std::uint32_t item, const Aabb& box) {
   slot_[item] = kPending | static_cast<std::uint32_t>(pending_.size());
   pending_.push_back({box, item});
   box_[item] = box;
-  if (building_) newcomers_.push_back(item);
+  if (built_) newcomers_.push_back(item);
   ++size_;
   ++changes_;
 }
@@ -115,14 +111,10 @@ bool BoxTree::update_in_place(std::uint32_t item, const Aabb& box) {
 void BoxTree::refit(Task* task) {
   const bool at_once = task == nullptr;
   if (many(at_once ? changes_ : pending_.size()) || !place_pending()) return rebuild();
-  if (building_ && build_.complete()) adopt(task);
+  if (built_) adopt(task);
   refit_dirty();
-  const bool worn = inner_area_ > kWornOut * built_area_ || many(changes_);
-  if (!worn || building_) return;
-  if (at_once)
-    rebuild();
-  else
-    begin_build();
+  worn_ = inner_area_ > kWornOut * built_area_ || many(changes_);
+  if (worn_ && at_once) rebuild();
 }
 
 // False if the tree has no room for one of them.
@@ -207,15 +199,18 @@ void BoxTree::refit_all() {
 }
 
 void BoxTree::rebuild() {
-  begin_build();
-  while (!build_.complete()) build_.run(1);
+  build();
   for (const BuildItem& item : pending_) slot_[item.item] = 0;  // in the build: adopt says where
   pending_.clear();
   adopt(nullptr);
 }
 
+void BoxTree::build_ahead() {
+  if (worn_ && !built_) build();
+}
+
 // With those that are pending.
-void BoxTree::begin_build() {
+void BoxTree::build() {
   build_items_.clear();
   for (const BoxNode& node : nodes_)
     for (unsigned lane = 0; lane < kWidth; ++lane)
@@ -223,20 +218,16 @@ void BoxTree::begin_build() {
         build_items_.push_back({lane_box(node, lane), node.child[lane] & ~BoxNode::kItem});
   build_items_.insert(build_items_.end(), pending_.begin(), pending_.end());
   SKERRY_ASSERT(build_items_.size() == size_, "a tree has lost items");
-  build_.begin(build_items_);
+  builder_.build(build_items_);
   newcomers_.clear();
   changes_ = 0;
-  building_ = true;
-}
-
-void BoxTree::build_ahead() {
-  if (building_) build_.run(1 / kBuildParts);
+  built_ = true;
 }
 
 // Takes the new tree in place of the old one, which holds the items as they are now.
 void BoxTree::adopt(Task* task) {
-  nodes_.swap(build_.nodes());
-  parent_.swap(build_.parents());
+  nodes_.swap(builder_.nodes());
+  parent_.swap(builder_.parents());
   const auto count = static_cast<std::uint32_t>(nodes_.size());
   constexpr std::uint32_t kGrain = 128;
   const auto adopt_block = [&](std::uint32_t block, std::uint32_t) {
@@ -251,7 +242,7 @@ void BoxTree::adopt(Task* task) {
   dirty_.assign(nodes_.size(), 0);
   refit_all();
   built_area_ = inner_area_;
-  building_ = false;
+  worn_ = built_ = false;
   ++rebuild_count_;
   for (const std::uint32_t item : newcomers_) {
     if ((slot_[item] & kPending) || holds(item)) continue;  // gone, listed twice, or in the build
@@ -261,7 +252,7 @@ void BoxTree::adopt(Task* task) {
   if (!place_pending()) rebuild();
 }
 
-// Items that went after the build began leave their lanes empty.
+// Items that went after the build leave their lanes empty.
 void BoxTree::adopt_node(std::uint32_t node) {
   for (unsigned lane = 0; lane < kWidth; ++lane) {
     const std::uint32_t child = nodes_[node].child[lane];

@@ -3,7 +3,7 @@
 //   Structure  eight-wide nodes (BoxNode), built over medians. Moved items change their lane and
 //              the boxes above it; new ones take a free lane near them. When the boxes have grown
 //              by half, or a quarter of the items have come or gone, the tree is built anew: at once,
-//              or in parts over some steps while the old one serves.
+//              or beside queries that the old one still serves.
 //   Results    queries are exact over the items' boxes, so the shape of the tree (and when it is
 //              rebuilt) never shows in them, but for their order.
 //   Threads    queries may run side by side; changes may not run beside anything, unless said
@@ -29,11 +29,9 @@ class BoxTree {
   bool update_in_place(std::uint32_t item, const Aabb& box);
 
   // Brings the tree up to date with the changes since the last refit. Costs nothing if there are
-  // none. With a task its workers share the work, and the tree is built anew in parts, by
-  // build_ahead.
+  // none. With a task its workers share the work, and a worn tree is left to build_ahead.
   void refit(Task* task = nullptr);
-  // Does a part of the rebuild that is under way, if one is. May run beside queries; to be called
-  // once after each refit with a task.
+  // Builds the tree that the next refit takes, if this one is worn. May run beside queries.
   void build_ahead();
 
   // Calls found(item) for the items whose box meets this one.
@@ -66,7 +64,7 @@ class BoxTree {
   void refit_upward(std::uint32_t node);
   void refit_all();
   void rebuild();
-  void begin_build();
+  void build();
   void adopt(Task* task);
   void adopt_node(std::uint32_t node);
   bool holds(std::uint32_t item) const;
@@ -79,16 +77,17 @@ class BoxTree {
   std::vector<Aabb> box_;            // [item]
   std::vector<BuildItem> pending_;   // inserted since the last refit
   std::uint32_t size_ = 0;
-  std::uint32_t changes_ = 0;  // inserted and removed since the last build began
+  std::uint32_t changes_ = 0;  // inserted and removed since the last build
   std::uint32_t rebuild_count_ = 0;
   double inner_area_ = 0;  // m^2, sum of half the surfaces of all inner boxes: what queries cost
   double built_area_ = 0;  // the same after the last build
 
-  // A tree in the making, over the items as they were when it was begun, and who has come since.
-  TreeBuild build_;
+  // A new tree, over the items as they were when it was built, and who has come since.
+  TreeBuilder builder_;
   std::vector<BuildItem> build_items_;
   std::vector<std::uint32_t> newcomers_;
-  bool building_ = false;
+  bool worn_ = false;   // to be built anew
+  bool built_ = false;  // there is a new tree
 };
 
 }  // namespace skerry::collision
