@@ -1,10 +1,10 @@
 // ProxyBroadphase: fat boxes and who moved.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "collision/height_field.h"
+#include "collision/marks.h"
 #include "collision/motion_bounds.h"
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
@@ -136,22 +136,13 @@ void ProxyBroadphase::describe(const core::Bodies& bodies, const core::Colliders
   leash.room = std::max(leash.room, nudged_up(double(room_of(row))));
 }
 
-void ProxyBroadphase::mark(ColliderIndex collider, Mark bits) {
-  if (!marks_[collider]) touched_.push_back(collider);
-  marks_[collider] |= bits;
-}
-
 void ProxyBroadphase::add(const core::Bodies& bodies, const core::Colliders& colliders,
                           BodyIndex body) {
   if (body >= leashes_.size()) {
     leashes_.resize(body + 1);
     travels_.grow(body + 1);
-    enlarged_.resize(body + 1, 0);
   }
-  if (leashes_[body].proxies == 0) {
-    leashes_[body] = {};
-    enlarged_[body] = 0;
-  }
+  if (leashes_[body].proxies == 0) leashes_[body] = {};
   added_.clear();
   for (ColliderIndex collider = bodies.first_collider[body]; collider != kNone;
        collider = colliders.rows[collider].next_in_body) {
@@ -210,7 +201,7 @@ void ProxyBroadphase::touch_body(const core::Bodies& bodies, const core::Collide
   travels_.forget(body);
   for_proxies_of(bodies, colliders, body, [&](ColliderIndex collider) {
     fat_[collider] = fattened(bodies, colliders.rows[collider], body);
-    mark(collider, kTouched);
+    marks_[collider] |= kTouched;
   });
 }
 
@@ -341,22 +332,20 @@ void ProxyBroadphase::enlarge(const StepContext& step, BodyIndex body) {
   set_leash(*step.bodies, body, step.dt);
   for_proxies_of(*step.bodies, *step.colliders, body, [&](ColliderIndex collider) {
     fat_[collider] = fattened(*step.bodies, step.colliders->rows[collider], body);
+    marks_[collider] |= kMoved;
   });
-  enlarged_[body] = 1;
 }
 
-void ProxyBroadphase::refit(const StepContext& step, Task&) {
+void ProxyBroadphase::refit(const StepContext& step, Task& task) {
   last_dt_ = step.dt > 0 ? step.dt : last_dt_;
   if (workers_.size() < step.worker_count) workers_.resize(step.worker_count);
   touch_rejoined(step);
   touch_quarantined(step);
-  gather_moved(step);
+  gather_moved();
   proxies_touched_ = moved_.size();
   for (WorkerBuffers& worker : workers_) worker.found = 0;
-  for (const ColliderIndex collider : moved_)
-    if (!(proxies_[collider].flags & kIsPlane))
-      move(collider, fat_[collider], of_fixed(proxies_[collider]));
-  settle();
+  move(bounded_, task);
+  settle(task);
   if (partner_.size() != step.contacts->pairs.size()) {  // dropped since the last step
     index_pairs(*step.contacts);
     list_stale_ = true;
@@ -374,7 +363,7 @@ void ProxyBroadphase::touch_rejoined(const StepContext& step) {
     const auto body = static_cast<BodyIndex>(key >> 32);
     if (body >= step.bodies->rows()) continue;
     for_proxies_of(*step.bodies, *step.colliders, body,
-                   [&](ColliderIndex collider) { mark(collider, kTouched); });
+                   [&](ColliderIndex collider) { marks_[collider] |= kTouched; });
   }
   last_no_collide_ = now;
 }
@@ -386,32 +375,21 @@ void ProxyBroadphase::touch_quarantined(const StepContext& step) {
   for (const BodyIndex body : last_awake_)
     if (body < bodies.rows() && bodies.is(body, core::kAlive | core::kQuarantined))
       for_proxies_of(bodies, *step.colliders, body,
-                     [&](ColliderIndex collider) { mark(collider, kTouched); });
+                     [&](ColliderIndex collider) { marks_[collider] |= kTouched; });
 }
 
-void ProxyBroadphase::gather_moved(const StepContext& step) {
+void ProxyBroadphase::gather_moved() {
   moved_.clear();
-  for (const ColliderIndex collider : touched_) {
-    if (proxies_[collider].flags & kPresent)
-      moved_.push_back(collider);
-    else
+  bounded_.clear();
+  for_marked(marks_, [&](ColliderIndex collider) {
+    const std::uint32_t flags = proxies_[collider].flags;
+    if (!(flags & kPresent)) {
       marks_[collider] = 0;
-  }
-  touched_.clear();
-  const std::uint8_t* const begin = enlarged_.data();
-  const std::uint8_t* const end = begin + enlarged_.size();
-  for (const std::uint8_t* at = begin; at != end; ++at) {
-    at = static_cast<const std::uint8_t*>(std::memchr(at, 1, static_cast<std::size_t>(end - at)));
-    if (!at) break;
-    const auto body = static_cast<BodyIndex>(at - begin);
-    enlarged_[body] = 0;
-    if (leashes_[body].proxies == 0) continue;
-    for_proxies_of(*step.bodies, *step.colliders, body, [&](ColliderIndex collider) {
-      if (!marks_[collider]) moved_.push_back(collider);
-      marks_[collider] |= kMoved;
-    });
-  }
-  std::sort(moved_.begin(), moved_.end());
+      return;
+    }
+    moved_.push_back(collider);
+    if (!(flags & kIsPlane)) bounded_.push_back(collider);
+  });
 }
 
 std::uint64_t ProxyBroadphase::proxies_touched() const {
