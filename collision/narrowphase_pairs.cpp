@@ -114,8 +114,6 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
     return kNoTouch;
   const ShapeType type_a = step.colliders->rows[pair.a].type;
   const ShapeType type_b = step.colliders->rows[pair.b].type;
-  // Nothing is swept against a height field: its contacts must foresee.
-  if (type_a == ShapeType::height_field || type_b == ShapeType::height_field) return kNoTouch;
   const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
