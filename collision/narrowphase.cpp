@@ -211,7 +211,7 @@ void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scr
 }
 
 // Pairs ahead whose data is fetched: what a few of them cost is as long as memory takes.
-constexpr std::uint32_t kAhead = 6;
+constexpr std::uint32_t kAhead = 12;
 
 }  // namespace
 
