@@ -238,7 +238,7 @@ std::span<const std::uint32_t> find_due(const StepContext& step, const ApartPair
 }
 
 // Pairs ahead whose data is fetched: what a few of them cost is as long as memory takes.
-constexpr std::size_t kAhead = 6;
+constexpr std::size_t kAhead = 12;
 
 }  // namespace
 

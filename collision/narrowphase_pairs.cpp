@@ -168,7 +168,9 @@ void prefetch_pair(const StepContext& step, const core::ContactPair& pair) {
   fetch(&step.bodies->motion[pair.body_b].angular);
   fetch(&step.colliders->rows[pair.b].type);
   fetch(&step.colliders->rows[pair.b].size);
-  if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
+  if (!(pair.flags & core::kTouching)) return;
+  prefetch(step.contacts->manifolds[pair.first_manifold]);
+  if (pair.cache != 0) fetch(&step.contacts->axis_memory[pair.first_manifold]);
 }
 
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {

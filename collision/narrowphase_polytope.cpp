@@ -113,6 +113,18 @@ bool has_deepest(PointList& list, const AxisFound& axis, float tolerance) {
   return deepest <= axis.separation + tolerance;
 }
 
+// Of the two faces beside an edge the one that looks more along a direction.
+void face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward,
+                 Feature& feature) {
+  if (shape.collider->type != ShapeType::hull) return facing_feature(shape, toward, feature);
+  const core::HullGeometry& hull = *shape.collider->hull;
+  const core::HullGeometry::Edge& sides = hull.edges[edge];
+  const V3f d = transposed_times(shape.axes, toward);
+  const bool left =
+      dot(d, hull.faces[sides.left_face].normal) >= dot(d, hull.faces[sides.right_face].normal);
+  face_feature(shape, left ? sides.left_face : sides.right_face, feature);
+}
+
 // Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
 // at right angles to the axis, other edges meet along almost the same one, and the point of a single
 // pair of edges would jump from one end of the contact to the other (docs/decisions/0017). (Not with
@@ -121,8 +133,8 @@ void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedSh
                      PointList& list) {
   if (b.triangle == nullptr) {
     Feature face_a, face_b;
-    facing_feature(a, axis.normal, face_a);
-    facing_feature(b, -axis.normal, face_b);
+    face_beside(a, axis.name.a, axis.normal, face_a);
+    face_beside(b, axis.name.b, -axis.normal, face_b);
     clip_features(face_a, face_b, axis.normal, list);
     // A face that slopes and is cut a little beyond its rim seems deeper there than the edge is.
     for (ContactPoint& point : list) point.separation = std::max(point.separation, axis.separation);
