@@ -179,12 +179,11 @@ PairApproach pair_approach(const StepContext& step, const core::ContactPair& pai
   return approach_of(step, pair);
 }
 
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach) {
-  const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
-                      reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
-                     approach.margin;
-  return dot(approach.between, approach.between) > most * most;
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach) {
+  return length(approach.between) -
+         (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
+          reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b]));
 }
 
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
@@ -464,7 +463,7 @@ void store_point(const StepContext& step, core::ContactPair& pair, const V3f& no
   manifold.approach_speed = std::max(0.0f, -dot(normal, linear));
 }
 
-bool collide_centered_spheres(const StepContext& step, core::ContactPair& pair) {
+bool collide_centered_spheres(const StepContext& step, core::ContactPair& pair, float& apart) {
   const Collider& a = step.colliders->rows[pair.a];
   const Collider& b = step.colliders->rows[pair.b];
   if (a.type != ShapeType::sphere || b.type != ShapeType::sphere) return false;
@@ -474,11 +473,9 @@ bool collide_centered_spheres(const StepContext& step, core::ContactPair& pair) 
   const V3f between = difference(bodies.pose[pair.body_b].center, bodies.pose[pair.body_a].center);
   const V3f velocity =
       difference(bodies.motion[pair.body_b].linear, bodies.motion[pair.body_a].linear);
-  const float squared = dot(between, between), near = radii + kSpeculativeDistance;
-  if (squared > near * near && dot(between, velocity) >= 0) return clear_contact(pair), true;
-
   const V3f normal = direction(between, {0, 1, 0});
   const float separation = dot(between, normal) - radii, vn = dot(normal, velocity);
+  apart = separation;
   // Negated, so that NaN is left out.
   if (!(separation + dt * std::min(vn, 0.0f) <= kSpeculativeDistance))
     return clear_contact(pair), true;

@@ -15,9 +15,9 @@ struct PairApproach {
 };
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair);
 
-// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach);
+// m: how far the spheres about the two bodies that hold the colliders are apart; negative: they overlap.
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach);
 
 // See Query::touch. `between` as in PairApproach.
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between);
@@ -28,8 +28,8 @@ void prefetch(const core::Manifold& manifold);
 void prefetch_pair(const StepContext& step, const core::ContactPair& pair);
 
 // Two spheres about the centres of their bodies, where no turning matters: the whole way from the
-// pair to its manifold. False, and nothing done, for any other pair.
-bool collide_centered_spheres(const StepContext& step, core::ContactPair& pair);
+// pair to its manifold. False, and nothing done, for any other pair. `apart`: m, how far they are apart.
+bool collide_centered_spheres(const StepContext& step, core::ContactPair& pair, float& apart);
 
 // Two colliders, in the frame whose origin is the centre of mass of body a.
 struct PairFrame {

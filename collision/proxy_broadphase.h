@@ -21,6 +21,7 @@ class ProxyBroadphase : public Broadphase {
   const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
   void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
   bool is_pair(ColliderIndex a, ColliderIndex b) const final;
+  Travels& travels() final { return travels_; }
 
   void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
   void refit(const StepContext& step, Task& task) final;
@@ -118,11 +119,12 @@ class ProxyBroadphase : public Broadphase {
   void index_owners(const std::vector<ColliderIndex>& owner, IndexRange rows);
   bool list_active(const StepContext& step, Task& task);
 
-  std::vector<Aabb> fat_;               // [collider]
-  std::vector<Proxy> proxies_;          // [collider]
-  std::vector<std::uint8_t> marks_;     // [collider]
-  std::vector<ColliderIndex> planes_;   // ascending
-  std::vector<Leash> leashes_;          // [body]
+  std::vector<Aabb> fat_;              // [collider]
+  std::vector<Proxy> proxies_;         // [collider]
+  std::vector<std::uint8_t> marks_;    // [collider]
+  std::vector<ColliderIndex> planes_;  // ascending
+  std::vector<Leash> leashes_;         // [body]
+  Travels travels_;
   std::vector<std::uint8_t> enlarged_;  // [body] 1: new fat boxes in this step
   double last_dt_ = 1.0 / 60;           // s, for fat boxes made between steps
 
