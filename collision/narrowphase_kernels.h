@@ -52,6 +52,8 @@ struct Query {
   float touch = 3e38f;                  // m: gap up to which a fast pair touches; else no limit
   std::uint32_t cache = 0;              // ContactPair::cache
   core::AxisMemory* memory = nullptr;   // of two polytopes; null: `cache` must be 0
+  // m, set by kernels that know: if there is no contact, the shapes are apart by so much at least.
+  float apart = 0;
 
   float normal_velocity(const V3f& position, const V3f& normal) const {
     return core::dot(normal, linear + core::cross(angular, position));

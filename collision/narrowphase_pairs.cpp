@@ -172,12 +172,11 @@ PairApproach pair_approach(const StepContext& step, const core::ContactPair& pai
   return approach_of(step, pair);
 }
 
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach) {
-  const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
-                      reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
-                     approach.margin;
-  return dot(approach.between, approach.between) > most * most;
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach) {
+  return length(approach.between) -
+         (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
+          reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b]));
 }
 
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {

@@ -15,9 +15,9 @@ struct PairApproach {
 };
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair);
 
-// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach);
+// m: how far the spheres about the two bodies that hold the colliders are apart; negative: they overlap.
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach);
 
 // Fetches a manifold that will be written.
 void prefetch(const core::Manifold& manifold);

@@ -172,6 +172,7 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
   const AxisName last = AxisName::unpack(query.cache);
   if (last.kind != AxisName::kNothing) {
     ask.recalled = recall_axis(ask, last);
+    query.apart = ask.recalled.separation;
     if (ask.recalled.separation > query.margin) return;
     const float best = query.memory->separation + moved(*query.memory, ask);
     if (ask.recalled.separation > best - kKeptAxis * size)
@@ -181,6 +182,7 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
   search_axes(ask, answer);
   if (answer.apart.name.kind != AxisName::kNothing) {
     query.cache = answer.apart.name.pack();
+    query.apart = answer.apart.separation;
     // Nothing is known of the other axes: this one is good only while it parts the shapes.
     if (query.memory != nullptr) query.memory->separation = 3e38f;
     return;

@@ -5,6 +5,7 @@
 
 #include "collision/height_field.h"
 #include "collision/marks.h"
+#include "collision/motion_bounds.h"
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
 #include "core/rounding.h"
@@ -26,20 +27,13 @@ constexpr float kMostMargin = 0.1f;    // m
 // fast bodies do not sweep up pairs.
 constexpr double kForeseenSteps = 4;
 
-double sum_of_sizes(double x, double y, double z) {
-  return std::abs(x) + std::abs(y) + std::abs(z);
-}
-
 // Upper bound of how far a step's spin moves a point, over the reach; the 1-norm spares a root.
-double spin(const core::BodyMotion& motion, double dt) {
-  return sum_of_sizes(motion.angular.x(), motion.angular.y(), motion.angular.z()) * dt;
-}
+double spin(const core::BodyMotion& motion, double dt) { return sum_of_sizes(motion.angular) * dt; }
 
-// Upper bound of |chord| between two unit quaternions, times 2: a point at distance r from the
-// centre has moved by less than r times this. (2 sin(a/2) <= 2 |q - p|, a the angle between.)
+// See twice_chord.
 double turn(const Quat& q, const double p[4]) {
-  const double dw = q.w() - p[0], dx = q.x() - p[1], dy = q.y() - p[2], dz = q.z() - p[3];
-  return 2 * (std::abs(dw) + sum_of_sizes(dx, dy, dz));
+  const double now[4] = {q.w(), q.x(), q.y(), q.z()};
+  return twice_chord(now, p);
 }
 
 float down(double value) {
@@ -146,6 +140,7 @@ void ProxyBroadphase::add(const core::Bodies& bodies, const core::Colliders& col
                           BodyIndex body) {
   if (body >= leashes_.size()) {
     leashes_.resize(body + 1);
+    travels_.grow(body + 1);
   }
   if (leashes_[body].proxies == 0) leashes_[body] = {};
   added_.clear();
@@ -203,6 +198,7 @@ void ProxyBroadphase::touch(const core::Bodies& bodies, const core::Colliders& c
 void ProxyBroadphase::touch_body(const core::Bodies& bodies, const core::Colliders& colliders,
                                  BodyIndex body) {
   set_leash(bodies, body, last_dt_);
+  travels_.forget(body);
   for_proxies_of(bodies, colliders, body, [&](ColliderIndex collider) {
     fat_[collider] = fattened(bodies, colliders.rows[collider], body);
     marks_[collider] |= kTouched;
@@ -256,9 +252,9 @@ bool ProxyBroadphase::holds(const Leash& leash, const core::BodyPose& pose,
   const double turned = (turn(pose.orientation, leash.orientation) + spin(motion, dt)) * reach;
   const double gone[3] = {pose.center.x() - leash.center[0], pose.center.y() - leash.center[1],
                           pose.center.z() - leash.center[2]};
-  const double farthest =
-      sum_of_sizes(gone[0], gone[1], gone[2]) + (double(kSpeculativeDistance) + turned) +
-      sum_of_sizes(motion.linear.x(), motion.linear.y(), motion.linear.z()) * dt;
+  const double farthest = sum_of_sizes(gone[0], gone[1], gone[2]) +
+                          (double(kSpeculativeDistance) + turned) +
+                          sum_of_sizes(motion.linear) * dt;
   if (farthest <= double(leash.least)) return true;
   const double free = double(kSpeculativeDistance) + std::min(turned, double(leash.room));
   return holds_along(leash, pose, motion, dt, free);
@@ -283,6 +279,8 @@ void ProxyBroadphase::update_bounds(const StepContext& step, IndexRange awake_bo
   for (std::uint32_t i = awake_bodies.begin; i < awake_bodies.end; ++i) {
     const BodyIndex body = bodies.awake[i];
     if (body >= leashes_.size() || leashes_[body].proxies == 0) continue;
+    travels_.update(body, bodies.pose[body], bodies.motion[body], double(leashes_[body].reach),
+                    step.dt);
     if (holds(leashes_[body], bodies.pose[body], bodies.motion[body], step.dt)) continue;
     // A body that has left by its translation alone needs no exact test.
     const bool may_be_inside = holds_along(leashes_[body], bodies.pose[body], bodies.motion[body],

@@ -21,6 +21,7 @@ class ProxyBroadphase : public Broadphase {
   const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
   void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
   bool is_pair(ColliderIndex a, ColliderIndex b) const final;
+  Travels& travels() final { return travels_; }
 
   void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
   void refit(const StepContext& step, Task& task) final;
@@ -126,7 +127,8 @@ class ProxyBroadphase : public Broadphase {
   std::vector<std::uint8_t> marks_;    // [collider]
   std::vector<ColliderIndex> planes_;  // ascending
   std::vector<Leash> leashes_;         // [body]
-  double last_dt_ = 1.0 / 60;          // s, for fat boxes made between steps
+  Travels travels_;
+  double last_dt_ = 1.0 / 60;  // s, for fat boxes made between steps
 
   std::vector<ColliderIndex> added_;    // by the call in progress
   std::vector<ColliderIndex> moved_;    // in this step; ascending

@@ -118,8 +118,9 @@ bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row) {
   if (!overlap(fat_[a], fat_[b])) return false;
   if (!((marks_[a] | marks_[b]) & kTouched)) return true;
   if (!may_pair(step, proxies_[a], proxies_[b])) return false;
-  if (look_at_once(*step.bodies, step.contacts->pairs[row]))
-    unseen_.store(true, std::memory_order_relaxed);
+  core::ContactPair& pair = step.contacts->pairs[row];
+  step.contacts->apart_until[pair.first_manifold] = 0;
+  if (look_at_once(*step.bodies, pair)) unseen_.store(true, std::memory_order_relaxed);
   return true;
 }
 
