@@ -58,6 +58,8 @@ void query_pairs(const StepContext& step, IndexRange moved, Task& task) {
   step.broadphase->query_pairs(step, moved, task);
 }
 
-void merge_pairs(const StepContext& step, IndexRange, Task&) { step.broadphase->merge_pairs(step); }
+void merge_pairs(const StepContext& step, IndexRange, Task& task) {
+  step.broadphase->merge_pairs(step, task);
+}
 
 }  // namespace skerry::collision

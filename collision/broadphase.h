@@ -37,6 +37,9 @@ class Broadphase {
   // of threads at once.
   virtual void collect(const Aabb& box, std::vector<ColliderIndex>& found) const = 0;
 
+  // Whether the pair list has the two, as of the last merge_pairs. Any number of threads at once.
+  virtual bool is_pair(ColliderIndex a, ColliderIndex b) const = 0;
+
   // -- Stages; see the functions below.
   virtual void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) = 0;
   virtual void refit(const StepContext& step, Task& task) = 0;
@@ -45,7 +48,7 @@ class Broadphase {
   // them, and those whose pairs were listed anew. Fixed and sleeping bodies add nothing to it.
   virtual std::uint64_t proxies_touched() const = 0;
   virtual void query_pairs(const StepContext& step, IndexRange moved, Task& task) = 0;
-  virtual void merge_pairs(const StepContext& step) = 0;
+  virtual void merge_pairs(const StepContext& step, Task& task) = 0;
 };
 
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/broadphase.h"
+#include "collision/continuous_scratch.h"
 #include "collision/mesh_tree.h"
 #include "collision/time_of_impact.h"
 #include "core/rounding.h"
@@ -22,67 +23,12 @@ using core::FastPair;
 using core::FastStart;
 using core::ShapeType;
 
-namespace {
-
-// A meeting of two fast bodies, or of a fast one (body_a) with a slow one, in the order in which
-// meetings are taken.
-struct Meeting {
-  double time;
-  std::uint32_t pair;     // row of FastBodies::pairs
-  std::uint32_t version;  // of that pair: an old one no longer counts
-  bool operator<(const Meeting& other) const {
-    if (time != other.time) return time < other.time;
-    return pair != other.pair ? pair < other.pair : version < other.version;
-  }
-};
-
-// A collider that has left its fat box, with where it has been.
-struct ThrownBox {
-  Aabb box;
-  ColliderIndex collider;
-};
-
-struct alignas(64) WorkerScratch {
-  std::vector<std::uint32_t> triangles;
-};
-
-// m: far above touch_gap() of bodies that collide.
-constexpr double kTouchReach = 1e-3;
-
-// Where a body may have been during a step, wherever it was stopped.
-struct Reach {
-  Vec3 low, high;  // m
-};
-
-}  // namespace
-
-class ContinuousScratch {
- public:
-  explicit ContinuousScratch(std::uint32_t worker_count) : workers(worker_count) {}
-
-  std::vector<WorkerScratch> workers;
-  std::vector<ColliderIndex> found;
-  std::vector<ThrownBox> thrown;
-  std::vector<Reach> reach;                                  // [body rows]; of awake bodies
-  std::vector<Meeting> meetings;                             // a heap, earliest first
-  std::vector<std::uint32_t> version;                        // [pairs]
-  std::vector<std::pair<BodyIndex, std::uint32_t>> of_body;  // (fast body, pair of two fast ones)
-};
-
 ContinuousScratchPtr make_continuous_scratch(std::uint32_t workers) {
   return ContinuousScratchPtr(new ContinuousScratch(workers));
 }
 void ContinuousScratchDeleter::operator()(ContinuousScratch* scratch) const { delete scratch; }
 
 namespace {
-
-bool is_fast(const Bodies& bodies, BodyIndex body) { return bodies.is(body, core::kFast); }
-
-// Faster kinematic bodies are foreseen by contacts alone: they cannot stop.
-bool is_fast_kinematic(const StepContext& step, BodyIndex body) {
-  return step.bodies->is(body, core::kKinematic | core::kAwake) &&
-         core::moves_fast(*step.bodies, body, step.dt);
-}
 
 // -- How bodies moved.
 
@@ -95,7 +41,7 @@ Quat after_turn(const Quat& from, const Vec3& turn) {
 }
 
 // The way of a body's centre.
-Sweep path_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
+Sweep path_of(const StepContext& step, BodyIndex body, const Vec3& origin, double end) {
   const Bodies& bodies = *step.bodies;
   const core::BodyPose& pose = bodies.pose[body];
   const core::BodyMotion& motion = bodies.motion[body];
@@ -107,7 +53,7 @@ Sweep path_of(const StepContext& step, BodyIndex body, const Vec3& origin) {
     sweep.way = wide(Vec3(pose.center - start.pose.center));
     if (start.flight == core::FastFlight::free)
       sweep.bend = wide(Vec3(0.5 * step.dt * (motion.linear - start.motion.linear)));
-    sweep.end = step.fast->part[body];
+    sweep.end = end;
     return sweep;
   }
   sweep.center = wide(Vec3(pose.center - origin));
@@ -347,7 +293,9 @@ bool held_by_contacts(const StepContext& step, const FastPair& pair, const Sweep
   return true;
 }
 
-double impact_of_pair(const StepContext& step, const FastPair& pair,
+}  // namespace
+
+double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends& ends,
                       std::vector<std::uint32_t>& triangles) {
   const Bodies& bodies = *step.bodies;
   // First the one that is eroded: a fast one, unless it is a mesh.
@@ -360,7 +308,8 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   if (a.type >= ShapeType::plane) return kNever;         // no contact exists between these either
   if (b.type == ShapeType::height_field) return kNever;  // contacts foresee these (fast_touch)
   const Vec3 origin = bodies.pose[a.body].center;
-  Sweep sa = path_of(step, a.body, origin), sb = path_of(step, b.body, origin);
+  Sweep sa = path_of(step, a.body, origin, second_first ? ends.b : ends.a);
+  Sweep sb = path_of(step, b.body, origin, second_first ? ends.a : ends.b);
   const core::BodyMass &ma = bodies.mass[a.body], &mb = bodies.mass[b.body];
   if (pair.sensor) {  // which the solid shapes' radius leaves out
     sa.turn_radius = std::max(sa.turn_radius, ma.radius);
@@ -391,289 +340,11 @@ double impact_of_pair(const StepContext& step, const FastPair& pair,
   return when(swept_shape(a, sa), swept_shape(b, sb), 1);
 }
 
-// -- Which pairs.
-
-bool may_meet(const StepContext& step, BodyIndex a, BodyIndex b) {
-  return !is_fast_kinematic(step, a) && !is_fast_kinematic(step, b);
-}
-
-bool kinematic_may_cross(const StepContext& step, BodyIndex body) {
-  return step.settings->continuous && is_fast_kinematic(step, body);
-}
-
-// The box of the ball about a body that holds its shapes.
-Reach reach_of(const StepContext& step, BodyIndex body) {
-  const Bodies& bodies = *step.bodies;
-  const Vec3& center = bodies.pose[body].center;
-  const double radius = bodies.mass[body].radius * (1 + 1e-6);
-  if (!bodies.is(body, core::kAwake))
-    return {center - Vec3::Constant(radius), center + Vec3::Constant(radius)};
-  const Vec3& velocity = bodies.motion[body].linear;
-  const bool fast = is_fast(bodies, body);
-  const FastStart* const start = fast ? &step.fast->start[body] : nullptr;
-  const Vec3 from = fast ? start->pose.center : Vec3(center - velocity * step.dt);
-  // A parabola leaves the line between its ends by an eighth of what its speed changes.
-  const double bent = fast ? 0.125 * step.dt * (velocity - start->motion.linear).norm() : 0;
-  const Vec3 slack = Vec3::Constant(radius + bent);
-  return {from.cwiseMin(center) - slack, from.cwiseMax(center) + slack};
-}
-
-void reach_of_awake(const StepContext& step, std::vector<Reach>& reach) {
-  if (reach.size() < step.bodies->rows()) reach.resize(step.bodies->rows());
-  for (const BodyIndex body : step.bodies->awake) reach[body] = reach_of(step, body);
-}
-
-bool may_reach(const StepContext& step, const std::vector<Reach>& reach, const ContactPair& pair) {
-  for (const ColliderIndex collider : {pair.a, pair.b})
-    if (step.colliders->rows[collider].type == ShapeType::plane) return true;
-  const auto of = [&](BodyIndex body) {
-    return step.bodies->is(body, core::kAwake) ? reach[body] : reach_of(step, body);
-  };
-  const Reach a = of(pair.body_a), b = of(pair.body_b);
-  const double touch = kTouchReach;
-  return ((a.low.array() <= b.high.array() + touch) && (b.low.array() <= a.high.array() + touch))
-      .all();
-}
-
-void add_active_pairs(const StepContext& step) {
-  const Bodies& bodies = *step.bodies;
-  std::vector<Reach>& reach = step.continuous->reach;
-  reach_of_awake(step, reach);
-  for (const std::uint32_t row : step.contacts->active) {
-    const ContactPair& pair = step.contacts->pairs[row];
-    const bool sensor = pair.flags & core::kSensorPair;
-    const bool fast = (bodies.flags[pair.body_a] | bodies.flags[pair.body_b]) & core::kFast;
-    if (sensor) {
-      if (pair.flags & core::kBegun) continue;  // its overlap at one pose a step says enough
-      if (!fast && !kinematic_may_cross(step, pair.body_a) &&
-          !kinematic_may_cross(step, pair.body_b))
-        continue;
-    } else if (!fast || !may_meet(step, pair.body_a, pair.body_b)) {
-      continue;
-    }
-    if (!may_reach(step, reach, pair)) continue;
-    step.fast->pairs.push_back({pair.a, pair.b, pair.body_a, pair.body_b, kNever, sensor, row});
-  }
-}
-
-Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex body) {
-  const Collider& row = step.colliders->rows[collider];
-  const Aabb from = tight_bounds(row, step.fast->start[body].pose);
-  Aabb box = tight_bounds(row, step.bodies->pose[body]);
-  const double turn = step.fast->start[body].angle;
-  const double reach = double(step.bodies->mass[body].turn_radius);
-  // Between its ends an arc leaves the box of the two by less than its height.
-  const auto bulge = core::rounded_to_float(reach * std::min(2.0, 0.125 * turn * turn));
-  for (int axis = 0; axis < 3; ++axis) {
-    box.min[axis] = std::min(box.min[axis], from.min[axis]) - bulge;
-    box.max[axis] = std::max(box.max[axis], from.max[axis]) + bulge;
-  }
-  return box;
-}
-
-bool is_inside(const Aabb& inner, const Aabb& outer) {
-  bool in = true;
-  for (int axis = 0; axis < 3; ++axis)
-    in = in && inner.min[axis] >= outer.min[axis] && inner.max[axis] <= outer.max[axis];
-  return in;
-}
-
-template <class Visit>
-void for_colliders(const StepContext& step, BodyIndex body, const Visit& visit) {
-  for (ColliderIndex c = step.bodies->first_collider[body]; c != core::kNone;
-       c = step.colliders->rows[c].next_in_body)
-    visit(c);
-}
-
-bool joined(const StepContext& step, BodyIndex a, BodyIndex b) {
-  const auto& keys = step.joints->no_collide;
-  const std::uint64_t low = std::min(a, b), high = std::max(a, b);
-  return !keys.empty() && std::binary_search(keys.begin(), keys.end(), (low << 32) | high);
-}
-
-// A pair that the broadphase did not foresee.
-void add_pair(const StepContext& step, ColliderIndex a, ColliderIndex b) {
-  if (a > b) std::swap(a, b);
-  const Collider &ca = step.colliders->rows[a], &cb = step.colliders->rows[b];
-  if (ca.body == cb.body || !core::filters_meet(ca.filter, cb.filter)) return;
-  const bool sensor = ca.sensor || cb.sensor;
-  const std::uint32_t flags = step.bodies->flags[ca.body] | step.bodies->flags[cb.body];
-  if ((flags & core::kQuarantined) || joined(step, ca.body, cb.body)) return;
-  if (!sensor && !may_meet(step, ca.body, cb.body)) return;
-  const std::uint64_t key = (std::uint64_t{a} << 32) | b;
-  const auto& pairs = step.contacts->pairs;
-  const auto at = std::lower_bound(
-      pairs.begin(), pairs.end(), key,
-      [](const ContactPair& pair, std::uint64_t wanted) { return pair.key() < wanted; });
-  if (at != pairs.end() && at->key() == key) return;  // it is an active pair
-  step.fast->pairs.push_back({a, b, ca.body, cb.body, kNever, sensor});
-}
-
-// Fat boxes foresee flights that forces bend by no more than a contact's reach.
-bool was_foreseen(const StepContext& step, BodyIndex body) {
-  const FastStart& start = step.fast->start[body];
-  const core::BodyMotion& motion = step.bodies->motion[body];
-  const double turn_radius = double(step.bodies->mass[body].turn_radius);
-  const double change =
-      (motion.linear - start.motion.linear).norm() +
-      turn_radius * std::max(0.0, motion.angular.norm() - start.motion.angular.norm());
-  return start.flight == core::FastFlight::free && change * step.dt <= double(kSpeculativeDistance);
-}
-
-// Bodies that impacts have thrown out of their fat boxes: against whatever the tree knows near them,
-// and against each other, whose boxes it knows no more.
-void add_thrown(const StepContext& step, ContinuousScratch& scratch) {
-  std::vector<ThrownBox>& thrown = scratch.thrown;
-  thrown.clear();
-  for (const BodyIndex body : step.fast->bodies) {
-    if (was_foreseen(step, body)) continue;
-    for_colliders(step, body, [&](ColliderIndex c) {
-      const Aabb box = box_over_step(step, c, body);
-      if (!is_inside(box, step.broadphase->fat_bounds(c))) thrown.push_back({box, c});
-    });
-  }
-  for (const ThrownBox& self : thrown) {
-    scratch.found.clear();
-    step.broadphase->collect(self.box, scratch.found);
-    for (const ColliderIndex other : scratch.found) add_pair(step, self.collider, other);
-  }
-  std::sort(thrown.begin(), thrown.end(), [](const ThrownBox& a, const ThrownBox& b) {
-    return a.box.min[0] != b.box.min[0] ? a.box.min[0] < b.box.min[0] : a.collider < b.collider;
-  });
-  for (std::size_t i = 0; i < thrown.size(); ++i)
-    for (std::size_t k = i + 1; k < thrown.size() && thrown[k].box.min[0] <= thrown[i].box.max[0];
-         ++k)
-      if (overlap(thrown[i].box, thrown[k].box))
-        add_pair(step, thrown[i].collider, thrown[k].collider);
-}
-
-bool by_colliders(const FastPair& a, const FastPair& b) {
-  return a.a != b.a ? a.a < b.a : a.b < b.b;
-}
-bool same_colliders(const FastPair& a, const FastPair& b) { return a.a == b.a && a.b == b.b; }
-
-}  // namespace
-
-void find_fast(const StepContext& step, IndexRange, Task&) {
-  FastBodies& fast = *step.fast;
-  const Bodies& bodies = *step.bodies;
-  fast.bodies.clear();
-  fast.pairs.clear();
-  fast.stopped.clear();
-  fast.crossed.clear();
-  bool kinematic = false;
-  for (const BodyIndex body : bodies.awake) {
-    if (is_fast(bodies, body)) {
-      fast.bodies.push_back(body);
-      fast.part[body] = 1;
-    }
-    kinematic = kinematic || kinematic_may_cross(step, body);
-  }
-  if (fast.bodies.empty() && !kinematic) return;
-  add_active_pairs(step);
-  add_thrown(step, *step.continuous);
-  std::sort(fast.pairs.begin(), fast.pairs.end(), by_colliders);
-  fast.pairs.erase(std::unique(fast.pairs.begin(), fast.pairs.end(), same_colliders),
-                   fast.pairs.end());
-}
-
 void sweep_fast(const StepContext& step, IndexRange pairs, Task& task) {
-  WorkerScratch& scratch = step.continuous->workers[task.worker()];
+  FastScratch& scratch = step.continuous->workers[task.worker()];
   for (std::uint32_t i = pairs.begin; i < pairs.end; ++i) {
     FastPair& pair = step.fast->pairs[i];
-    pair.touch = impact_of_pair(step, pair, scratch.triangles);
-  }
-}
-
-namespace {
-
-// Takes meetings in order of time.
-class Impacts {
- public:
-  explicit Impacts(const StepContext& step)
-      : step_(step), fast_(*step.fast), scratch_(*step.continuous) {}
-
-  void run() {
-    collect();
-    while (!scratch_.meetings.empty()) take(next());
-    std::sort(fast_.stopped.begin(), fast_.stopped.end());
-  }
-
- private:
-  static bool later(const Meeting& a, const Meeting& b) { return b < a; }
-
-  void collect() {
-    scratch_.meetings.clear();
-    scratch_.version.assign(fast_.pairs.size(), 0);
-    scratch_.of_body.clear();
-    for (std::uint32_t i = 0; i < fast_.pairs.size(); ++i) {
-      const FastPair& pair = fast_.pairs[i];
-      if (pair.sensor) continue;
-      if (pair.touch <= 1) push(i);
-      if (!is_fast(pair.body_a) || !is_fast(pair.body_b)) continue;
-      scratch_.of_body.emplace_back(pair.body_a, i);
-      scratch_.of_body.emplace_back(pair.body_b, i);
-    }
-    if (!scratch_.meetings.empty()) std::sort(scratch_.of_body.begin(), scratch_.of_body.end());
-  }
-
-  void push(std::uint32_t pair) {
-    scratch_.meetings.push_back({fast_.pairs[pair].touch, pair, scratch_.version[pair]});
-    std::push_heap(scratch_.meetings.begin(), scratch_.meetings.end(), later);
-  }
-  Meeting next() {
-    std::pop_heap(scratch_.meetings.begin(), scratch_.meetings.end(), later);
-    const Meeting meeting = scratch_.meetings.back();
-    scratch_.meetings.pop_back();
-    return meeting;
-  }
-
-  void take(const Meeting& meeting) {
-    if (meeting.version != scratch_.version[meeting.pair]) return;
-    const FastPair& pair = fast_.pairs[meeting.pair];
-    for (const BodyIndex body : {pair.body_a, pair.body_b})
-      if (is_fast(body) && fast_.part[body] > meeting.time) stop(body, meeting);
-  }
-
-  // The pairs of a body that has stopped meet elsewhere, earlier or later, or not at all. Those of
-  // `at` itself are done.
-  void stop(BodyIndex body, const Meeting& at) {
-    fast_.part[body] = at.time;
-    fast_.stopped.push_back(body);
-    auto& of_body = scratch_.of_body;
-    for (auto it = std::lower_bound(of_body.begin(), of_body.end(), std::pair(body, 0u));
-         it != of_body.end() && it->first == body; ++it) {
-      const std::uint32_t row = it->second;
-      if (row == at.pair) continue;
-      FastPair& pair = fast_.pairs[row];
-      ++scratch_.version[row];
-      const double time = impact_of_pair(step_, pair, scratch_.workers[0].triangles);
-      pair.touch = std::max(time, at.time);
-      if (pair.touch <= 1) push(row);
-    }
-  }
-
-  bool is_fast(BodyIndex body) const { return collision::is_fast(*step_.bodies, body); }
-
-  const StepContext& step_;
-  FastBodies& fast_;
-  ContinuousScratch& scratch_;
-};
-
-}  // namespace
-
-void order_impacts(const StepContext& step) {
-  FastBodies& fast = *step.fast;
-  if (fast.pairs.empty()) return;
-  Impacts(step).run();
-  const auto stopped_before = [&](BodyIndex body, double time) {
-    return is_fast(*step.bodies, body) && fast.part[body] < time;
-  };
-  for (FastPair& pair : fast.pairs) {
-    if (!pair.sensor) continue;
-    if (stopped_before(pair.body_a, pair.touch) || stopped_before(pair.body_b, pair.touch))
-      pair.touch = impact_of_pair(step, pair, step.continuous->workers[0].triangles);
-    if (pair.touch <= 1) fast.crossed.push_back(pair);
+    pair.touch = impact_of_pair(step, pair, {}, scratch.triangles);
   }
 }
 

@@ -9,7 +9,8 @@
 //            shape itself first touched.
 //   Order    Meetings are taken by time, then by ids. A body that stopped is from then on an
 //            obstacle that stands still.
-//   Threads  the sweeps of pairs run side by side; the rest once.
+//   Threads  the sweeps of pairs run side by side; stages that run once share their work out in
+//            blocks. The order of meetings is gone through by one thread.
 #pragma once
 
 #include <memory>
@@ -36,6 +37,6 @@ void find_fast(const StepContext& step, IndexRange, Task& task);
 void sweep_fast(const StepContext& step, IndexRange pairs, Task& task);
 
 // Who stops when: FastBodies::part and stopped. Once, after the sweeps.
-void order_impacts(const StepContext& step);
+void order_impacts(const StepContext& step, Task& task);
 
 }  // namespace skerry::collision

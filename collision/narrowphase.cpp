@@ -132,7 +132,7 @@ void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scr
       patches.patch[i].normal = -patches.patch[i].normal;
   pair.cache = placed.query.cache;
   drop_foreseen(patches, placed.query.touch, placed.query.dt, linear, angular);
-  store_patches(*step.contacts, pair, patches, linear, angular);
+  store_patches(step, pair, patches, linear, angular);
 }
 
 // -- Box against box, sixteen pairs at a time.
@@ -184,7 +184,7 @@ void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
   drop_foreseen(patches, frame.touch, frame.dt, frame.linear, frame.angular);
-  store_patches(*step.contacts, pair, patches, frame.linear, frame.angular);
+  store_patches(step, pair, patches, frame.linear, frame.angular);
 }
 
 void flush(const StepContext& step, WorkerScratch& scratch) {

@@ -196,9 +196,9 @@ bool weigh(Simplex& s) {
 
 struct Distance {
   bool apart = false;
-  bool certain = false;  // the nearest points are the nearest, to about 1e-4 of their distance
-  double distance = 0;   // of the cores
-  V3d normal{0, 1, 0};   // unit, from a to b
+  bool certain = false;        // the normal is right to about 1e-3
+  double distance = 0;         // of the cores
+  V3d normal{0, 1, 0};         // unit, from a to b
   V3d a{0, 0, 0}, b{0, 0, 0};  // nearest points
 };
 
@@ -208,12 +208,16 @@ bool holds(const Simplex& simplex, const V3d& p, double tolerance) {
   return false;
 }
 
-// Distance of the cores with b moved by `shift`.
+// Distance of the cores with b moved by `shift`. On curved shapes the simplex may become so thin that
+// its nearest point is mostly rounding: the best one met counts, not the last.
 Distance distance(const Core& a, const Core& b, const V3d& shift, const V3d& start) {
-  constexpr int kMaxSteps = 64;
+  constexpr int kMaxSteps = 64, kPatience = 16;
+  constexpr double kCertain = 1e-6;
   const double scale = a.size() + a.radius() + b.size() + b.radius();
-  Simplex simplex;
-  V3d v = start;
+  Simplex simplex, best;
+  V3d v = start, best_v = start;
+  double best_excess = 1e300;  // of the squared distance, over what is possible
+  int best_step = 0;
   Distance result;
   for (int i = 0; i < kMaxSteps; ++i) {
     Vertex w;
@@ -221,8 +225,14 @@ Distance distance(const Core& a, const Core& b, const V3d& shift, const V3d& sta
     w.b = b.support(v) + shift;
     w.p = w.a - w.b;
     const double squared = dot(v, v), excess = squared - dot(v, w.p);
-    result.certain = i > 0 && excess <= 1e-4 * squared;
+    if (i > 0 && excess < best_excess * squared) {
+      best = simplex;
+      best_v = v;
+      best_excess = excess / squared;
+      best_step = i;
+    }
     if (i > 0 && excess <= 1e-9 * squared) break;
+    if (i - best_step > kPatience && best_excess <= kCertain) break;
     if (holds(simplex, w.p, 1e-12 * scale)) break;  // no new point: as near as it gets
     simplex.vertex[simplex.count++] = w;
     if (!weigh(simplex)) return result;
@@ -230,11 +240,13 @@ Distance distance(const Core& a, const Core& b, const V3d& shift, const V3d& sta
     v = simplex.nearest();
     if (dot(v, v) <= 1e-14 * scale * scale) return result;
   }
+  if (best_step == 0) return result;
   result.apart = true;
-  result.distance = length(v);
-  result.normal = v * (-1 / result.distance);
-  result.a = simplex.nearest_a();
-  result.b = simplex.nearest_b() - shift;
+  result.certain = best_excess <= kCertain;
+  result.distance = length(best_v);
+  result.normal = best_v * (-1 / result.distance);
+  result.a = best.nearest_a();
+  result.b = best.nearest_b() - shift;
   return result;
 }
 
@@ -287,7 +299,7 @@ class Directions {
         for (int z = -1; z <= 1; ++z)
           if (x != 0 || y != 0 || z != 0) consider({double(x), double(y), double(z)});
   }
-  static constexpr int kBest = 6;
+  static constexpr int kBest = 10;
   static constexpr double kApart = 0.95;  // cosine
   const Way& best(int i) const { return best_[i]; }
 
@@ -344,12 +356,14 @@ V3d unpack(std::uint32_t packed) {
   return n * (1 / length(n));
 }
 
-// Of a resting contact the last normal is pushed and nothing else tried, unless it has become deep.
+// Of a resting contact the last normal (on a surface: the triangle's) is pushed and nothing else
+// tried, unless it has become deep.
 constexpr double kRestingDepth = 0.05;  // of the smaller size
 
 Way way_out(const Core& a, const Core& b, std::uint32_t cache) {
-  if (cache != 0) {
-    const Way way = push(a, b, unpack(cache));
+  const Triangle* triangle = b.shape().triangle;  // surfaces are left to the front
+  if (cache != 0 || triangle != nullptr) {
+    const Way way = push(a, b, triangle != nullptr ? wide(-triangle->normal) : unpack(cache));
     const double size = std::min(a.size() + a.radius(), b.size() + b.radius());
     if (way.depth + a.radius() + b.radius() < kRestingDepth * size) return way;
   }

@@ -239,6 +239,25 @@ float extent(const PlacedShape& shape, const V3f& along) {
   return 0;
 }
 
+V3f farthest_point(const PlacedShape& shape, const V3f& along) {
+  const float radius = shape.collider->size.x, half = shape.collider->size.y;
+  Feature feature;
+  switch (shape.collider->type) {
+    case ShapeType::cylinder: {
+      const Split s = split(shape, along);
+      return shape.center + shape.axes.c1 * (s.along > 0 ? half : -half) + s.radial * radius;
+    }
+    case ShapeType::cone: {
+      const Split s = split(shape, along);
+      if (2 * half * s.along > radius * s.across) return shape.center + shape.axes.c1 * half;
+      return shape.center - shape.axes.c1 * half + s.radial * radius;
+    }
+    default:
+      facing_feature(shape, along, feature);
+      return feature.points[0];
+  }
+}
+
 Corner farthest_corner(const PlacedShape& shape, const V3f& along) {
   const V3f d = transposed_times(shape.axes, along);
   if (shape.collider->type == ShapeType::box) {

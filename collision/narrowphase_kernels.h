@@ -140,6 +140,9 @@ void face_feature(const PlacedShape& hull, std::uint32_t face, Feature& feature)
 // How far a convex shape reaches from its frame's origin along a direction (of any length).
 float extent(const PlacedShape& shape, const V3f& along);
 
+// A point that a cylinder, cone or ellipsoid reaches farthest with along a direction.
+V3f farthest_point(const PlacedShape& shape, const V3f& along);
+
 // The vertex of a box or hull that reaches farthest along a direction; id as in facing_feature.
 struct Corner {
   V3f point;
@@ -163,16 +166,31 @@ void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, Cont
 // clipping. Remembers the separating feature in Query::cache.
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch);
-// A box or hull against many triangles: what does not depend on the triangle, for search_triangles;
-// and the contact with one of the triangles that it found near, which comes second. The search
-// holds on to `room` and to the hull.
+// A box or hull against many triangles: what does not depend on the triangle, for search_triangles
+// (the search holds on to `room` and to the hull); a face, for clip_triangles; and the contact with a
+// triangle whose contact takes a pair of edges, which comes second.
 void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, TriangleSearch& search);
-void polytope_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
-                       const TriangleAxes& axes, int lane, const Query& query, ContactPatch& patch);
+void clip_face(const PlacedShape& a, std::uint32_t face, const V3f& normal, ClipFace& clip);
+void edge_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
+                   const TriangleAxes& axes, int lane, const Query& query, ContactPatch& patch);
 
 // May a contact push away from a triangle this way? `out`: unit, from the triangle to the other
 // shape. Over an edge it may lean only if that is touchable, and no farther than `beyond`.
 bool leans_too_far(const Triangle& triangle, const V3f& out);
+
+// Is a point over the triangle's face or below it?
+bool over_face(const Triangle& triangle, const V3f& point);
+
+// The flat end of a cylinder or cone that looks at a triangle.
+struct Cap {
+  std::uint32_t index = 0;    // 0 at -y, 1 at +y
+  float separation = -3e38f;  // m, of the triangle along the cap's normal
+  // Whether the contact is where the cap and the triangle's face lie over each other, along whose
+  // normal. If not, rim or mantle touch, or an edge of the triangle.
+  enum class Along : std::uint8_t { neither, cap, triangle } along = Along::neither;
+};
+Cap facing_cap(const PlacedShape& shape, const Triangle& triangle);
+V3f cap_normal(const PlacedShape& shape, std::uint32_t index);
 
 // A capsule against a triangle, which comes second. Nothing where the nearest feature is the
 // neighbours' to answer for.

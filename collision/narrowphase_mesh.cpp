@@ -17,8 +17,10 @@ using core::transposed_times;
 
 namespace {
 
-// Contacts whose normals differ by less than this (14 degrees) share a manifold.
+// Contacts whose normals differ from the deepest's by less than this (14 degrees) share its manifold.
 constexpr float kSameCluster = 0.97f;
+// Points nearer to each other than this part of the shape's size are one.
+constexpr float kSamePoint = 1e-3f;
 
 SurfaceTriangle mesh_triangle(const MeshGeometry& mesh, std::uint32_t index) {
   SurfaceTriangle t;
@@ -55,6 +57,10 @@ Triangle triangle_of(const TriangleBatch& batch, int lane) {
 // Bounds of a shape in a mesh's frame, grown by a margin.
 struct Bounds {
   float min[3], max[3];
+
+  float longest() const {
+    return std::max(max[0] - min[0], std::max(max[1] - min[1], max[2] - min[2]));
+  }
 };
 Bounds bounds_in(const PlacedShape& mesh, const PlacedShape& shape, float margin) {
   const V3f center = transposed_times(mesh.axes, shape.center - mesh.center);
@@ -87,10 +93,7 @@ void face_contact(const PlacedShape& shape, const PlacedShape& placed, const Que
     clip_features(facing, face, normal, list);
   } else {
     const V3f p = facing.points[0];
-    for (int i = 0; i < 3; ++i) {
-      const V3f tail = face.points[i], head = face.points[(i + 1) % 3];
-      if (dot(cross(placed.triangle->normal, head - tail), p - tail) < 0) return;
-    }
+    if (!over_face(*placed.triangle, p)) return;
     const float separation = dot(normal, face.points[0] - p);
     list.add(p + normal * (0.5f * separation), separation, facing.ids[0]);
   }
@@ -101,39 +104,17 @@ std::uint32_t feature_of(std::uint32_t triangle, std::uint32_t feature) {
   return (triangle * 0x9e3779b1u) ^ (feature * 0x85ebca77u);
 }
 
-void keep(const ContactPatch& patch, std::uint32_t triangle, std::vector<MeshPoint>& points) {
+void keep(const ContactPatch& patch, std::uint32_t triangle, MeshPoints& points) {
+  if (patch.count == 0) return;
+  const std::uint32_t contact = points.begin_contact(patch.normal);
   for (std::uint32_t i = 0; i < patch.count; ++i) {
-    MeshPoint point{patch.normal, patch.points[i]};
-    point.point.feature = feature_of(triangle, point.point.feature);
-    points.push_back(point);
+    const ContactPoint& point = patch.points[i];
+    points.add(contact, point.position, point.separation, feature_of(triangle, point.feature));
   }
 }
 
-// Points of one cluster go to `cluster` and out of `points`; those that coincide (corners shared by
-// triangles) only once.
-void take_cluster(const V3f& normal, float near, MeshScratch& scratch) {
-  scratch.cluster.clear();
-  scratch.places.clear();
-  std::size_t left = 0;
-  for (const MeshPoint& candidate : scratch.points) {
-    if (dot(candidate.normal, normal) < kSameCluster) {
-      scratch.points[left++] = candidate;
-    } else if (!scratch.places.hold_one_near(candidate.point.position, near * near)) {
-      scratch.places.add(candidate.point.position);
-      scratch.cluster.push_back(candidate.point);
-    }
-  }
-  scratch.points.resize(left);
-}
-
-float spread(const std::vector<MeshPoint>& points) {
-  float squared = 0;
-  for (const MeshPoint& p : points) {
-    const V3f r = p.point.position - points[0].point.position;
-    squared = std::max(squared, dot(r, r));
-  }
-  return std::sqrt(squared);
-}
+// Name of a face's corner: the same on whatever triangle it lies.
+constexpr std::uint32_t kCornerFeature = 0x80000000u;
 
 // A convex shape against batches of triangles; what it finds goes to `points`.
 class TriangleCollider {
@@ -153,6 +134,12 @@ class TriangleCollider {
                               scratch_.touches);
     } else if (is_polytope()) {
       near &= search_triangles(scratch_.search, count, batch, scratch_.axes);
+      clip(near & ~scratch_.axes.by_edges, triangles);
+      near &= scratch_.axes.by_edges;
+    } else if (has_cap()) {
+      const unsigned flat = on_cap(near);
+      clip(flat, triangles);
+      near &= ~flat;
     }
     for (; near != 0; near &= near - 1) {
       const int lane = std::countr_zero(near);
@@ -181,6 +168,82 @@ class TriangleCollider {
       for (auto& row : batch.rows) std::fill(row + lane, row + TriangleBatch::kSize, row[0]);
   }
 
+  bool has_cap() const {
+    return shape_.collider->type == ShapeType::cylinder || shape_.collider->type == ShapeType::cone;
+  }
+
+  // Triangles that touch the flat end of a cylinder or cone as they would touch a polytope's face.
+  // Those that it parts from the shape leave `near`.
+  unsigned on_cap(unsigned& near) {
+    unsigned flat = 0;
+    for (unsigned rest = near; rest != 0; rest &= rest - 1) {
+      const int lane = std::countr_zero(rest);
+      const Triangle triangle = triangle_of(scratch_.batch, lane);
+      const Cap cap = facing_cap(shape_, triangle);
+      if (cap.separation > query_.margin) near &= ~(1u << lane);
+      if (cap.along == Cap::Along::neither || meets_face(triangle)) continue;
+      flat |= 1u << lane;
+      scratch_.axes.of_b[lane] = cap.along == Cap::Along::triangle ? 1.0f : 0.0f;
+      scratch_.axes.facing[lane] = static_cast<float>(cap.index);
+    }
+    return flat & near;
+  }
+
+  // Triangles that take a face of the shape, face by face.
+  void clip(unsigned lanes, std::span<const std::uint32_t> triangles) {
+    const TriangleAxes& axes = scratch_.axes;
+    while (lanes != 0) {
+      const float facing = axes.facing[std::countr_zero(lanes)];
+      unsigned same = 0;
+      for (unsigned rest = lanes; rest != 0; rest &= rest - 1) {
+        const int lane = std::countr_zero(rest);
+        if (axes.facing[lane] == facing) same |= 1u << lane;
+      }
+      lanes &= ~same;
+      set_face(static_cast<std::uint32_t>(facing));
+      clip_triangles(face_, {query_.linear, query_.angular, query_.dt, query_.slop}, same,
+                     scratch_.batch, axes, scratch_.clips);
+      keep_clips(triangles);
+    }
+  }
+
+  void set_face(std::uint32_t index) {
+    if (face_index_ == index) return;
+    face_index_ = index;
+    const V3f normal = has_cap() ? cap_normal(shape_, index) : scratch_.search.face_normals[index];
+    clip_face(shape_, index, normal, face_);
+  }
+
+  void keep_clips(std::span<const std::uint32_t> triangles) {
+    const TriangleClips& clips = scratch_.clips;
+    const int most = TriangleClips::kCorners + static_cast<int>(face_.count);
+    unsigned any = 0;
+    for (int i = 0; i < most; ++i) any |= clips.valid[i];
+    std::uint32_t contact[TriangleBatch::kSize];
+    for (; any != 0; any &= any - 1) {
+      const int lane = std::countr_zero(any);
+      contact[lane] = scratch_.points.begin_contact(
+          {clips.normal[0][lane], clips.normal[1][lane], clips.normal[2][lane]});
+    }
+    for (int i = 0; i < most; ++i) {
+      const TriangleClips::Candidate& from = clips.candidates[i];
+      for (unsigned lanes = clips.valid[i]; lanes != 0; lanes &= lanes - 1) {
+        const int lane = std::countr_zero(lanes);
+        const std::uint32_t triangle = triangles[static_cast<std::size_t>(lane)];
+        scratch_.points.add(
+            contact[lane], {from.position[0][lane], from.position[1][lane], from.position[2][lane]},
+            from.separation[lane], clip_feature(i, from.side[lane], triangle));
+      }
+    }
+  }
+  std::uint32_t clip_feature(int candidate, float side, std::uint32_t triangle) const {
+    if (candidate >= TriangleClips::kCorners)
+      return kCornerFeature | face_.ids[candidate - TriangleClips::kCorners];
+    const auto edge = static_cast<std::uint32_t>(candidate);
+    const std::uint32_t of_face = side < 0 ? 0 : 1 + face_.ids[static_cast<int>(side)];
+    return feature_of(triangle, of_face * TriangleClips::kCorners + edge);
+  }
+
   void collide_lane(int lane, ContactPatch& patch) {
     if (shape_.collider->type == ShapeType::sphere) return collide_sphere(lane, patch);
     const Triangle triangle = triangle_of(scratch_.batch, lane);
@@ -188,12 +251,13 @@ class TriangleCollider {
     placed.triangle = &triangle;
     placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     if (is_polytope())
-      return polytope_triangle(shape_, placed, scratch_.search, scratch_.axes, lane, query_, patch);
+      return edge_triangle(shape_, placed, scratch_.search, scratch_.axes, lane, query_, patch);
     const float lowest =
         dot(triangle.normal, shape_.center - triangle.corner[0]) - extent(shape_, -triangle.normal);
     if (lowest > query_.margin) return;
     if (shape_.collider->type == ShapeType::capsule)
       return capsule_triangle(shape_, placed, query_, patch);
+    if (meets_face(triangle)) return face_contact(shape_, placed, query_, patch);
     query_.cache = 0;
     if (!convex_convex(shape_, placed, query_, patch)) {
       ++failures_;
@@ -201,6 +265,11 @@ class TriangleCollider {
       patch.count = 0;
       face_contact(shape_, placed, query_, patch);
     }
+  }
+
+  // Does the shape reach through the triangle's plane farthest over the triangle itself?
+  bool meets_face(const Triangle& triangle) const {
+    return over_face(triangle, farthest_point(shape_, -triangle.normal));
   }
 
   void collide_sphere(int lane, ContactPatch& patch) {
@@ -216,34 +285,28 @@ class TriangleCollider {
   Query& query_;
   MeshScratch& scratch_;
   V3f middle_;
+  ClipFace face_;
+  std::uint32_t face_index_ = 0xffffffffu;  // of `face_`
   std::uint32_t failures_ = 0;
 };
 
 }  // namespace
 
-// No early exit, so that the compiler takes several at a time.
-bool Places::hold_one_near(const V3f& position, float squared) const {
-  unsigned near = 0;
-  const std::size_t count = x_.size();
-  const float *x = x_.data(), *y = y_.data(), *z = z_.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const V3f r{x[i] - position.x, y[i] - position.y, z[i] - position.z};
-    near |= dot(r, r) < squared ? 1u : 0u;
-  }
-  return near != 0;
-}
-
-void gather_patches(MeshScratch& scratch, PatchSet& patches) {
+void gather_patches(MeshPoints& points, float near, PatchSet& patches) {
   patches.count = 0;
-  const float near = 1e-3f * spread(scratch.points);
-  while (!scratch.points.empty() && patches.count < core::kMeshManifolds) {
-    const MeshPoint* deepest = &scratch.points[0];
-    for (const MeshPoint& p : scratch.points)
-      if (p.point.separation < deepest->point.separation - near) deepest = &p;
-    const V3f normal = deepest->normal;
-    take_cluster(normal, near, scratch);
-    choose_points(scratch.cluster.data(), static_cast<std::uint32_t>(scratch.cluster.size()),
-                  normal, patches.patch[patches.count++]);
+  PointChoice choice;
+  choice.near = near;
+  while (patches.count < core::kMeshManifolds) {
+    const MeshPoints::Contact* deepest = points.deepest(choice.near);
+    if (deepest == nullptr) return;
+    ContactPatch& patch = patches.patch[patches.count];
+    choice.patch = static_cast<float>(patches.count++);
+    const MeshPoints::Taken taken = points.take(deepest->normal, kSameCluster, choice.patch);
+    patch.normal = choice.normal = taken.normal;
+    choice.deep = taken.separation + choice.near;
+    choose_spread(points.blocks(), choice);
+    patch.count = choice.count;
+    for (std::uint32_t i = 0; i < choice.count; ++i) patch.points[i] = points.at(choice.index[i]);
   }
 }
 
@@ -262,7 +325,8 @@ std::uint32_t convex_mesh(const PlacedShape& a, const PlacedShape& b, Query& que
     collider.collide(b, triangles.subspan(first, std::min<std::size_t>(TriangleBatch::kSize,
                                                                        triangles.size() - first)));
   query.cache = 0;
-  gather_patches(scratch, patches);
+  const float size = bounds.longest() - 2 * query.margin;  // a fast shape is no larger
+  gather_patches(scratch.points, kSamePoint * size, patches);
   return collider.failures();
 }
 
@@ -272,14 +336,15 @@ void plane_mesh(const PlacedShape& plane, const PlacedShape& mesh, Query& query,
   const V3f along = transposed_times(mesh.axes, up);
   const std::vector<V3f>& vertices = mesh.collider->mesh->vertices;
   scratch.points.clear();
+  const std::uint32_t contact = scratch.points.begin_contact(up);
   for (std::uint32_t i = 0; i < vertices.size(); ++i) {
     const float separation = plane.height + dot(along, vertices[i]);
     if (separation > query.margin) continue;
     const V3f position = mesh.center + mesh.axes * vertices[i] - up * (0.5f * separation);
     if (query.predicted(position, up, separation) <= query.slop)
-      scratch.points.push_back({up, {position, separation, i}});
+      scratch.points.add(contact, position, separation, i);
   }
-  gather_patches(scratch, patches);
+  gather_patches(scratch.points, kSamePoint * scratch.points.spread(), patches);
 }
 
 }  // namespace skerry::collision

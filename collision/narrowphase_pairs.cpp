@@ -418,13 +418,14 @@ void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
   }
 }
 
-void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,
+void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular) {
   if (pair.flags & core::kSensorPair) {
     mark(pair, overlaps(patches));
     pair.manifold_count = 0;
     return;
   }
+  core::ContactTable& contacts = *step.contacts;
   Manifold* manifolds = &contacts.manifolds[pair.first_manifold];
   std::uint32_t count = 1;
   const bool one = pair.manifold_count == 1 && patches.count == 1 && patches.patch[0].count > 0;
@@ -433,6 +434,8 @@ void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const 
   else
     count = write(patches, linear, angular, pair, manifolds);
   mark(pair, count > 0);
+  if (pair.manifold_count == 0 && count > 0)
+    core::set_materials(contacts, pair, step.colliders->rows[pair.a], step.colliders->rows[pair.b]);
   pair.manifold_count = static_cast<std::uint16_t>(count);
 }
 

@@ -61,8 +61,9 @@ void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear, 
 
 // Writes patches into the pair's manifolds: impulses are carried over from the manifolds they
 // replace by feature, or, for points whose feature is new, from the nearest point that is left.
-// Sets flags and manifold count. `linear`, `angular`: see Query.
-void store_patches(core::ContactTable& contacts, core::ContactPair& pair, const PatchSet& patches,
+// Sets flags and manifold count, and the materials of a contact that begins. `linear`, `angular`: see
+// Query.
+void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular);
 
 // Forgets the pair's contact.

@@ -94,13 +94,36 @@ void edge_contact(const AxisFound& axis, std::uint32_t feature, PointList& list)
   list.add((pa + pb) * 0.5f, axis.separation, feature);
 }
 
-// Where the shapes meet beside the two faces (near a rim, edge against edge, with a face preferred),
-// clipping may miss the deepest corner. (Not with triangles: that corner is their neighbours'.)
-void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incident_is_b, float size,
-                 PointList& list) {
+// Does a point show, up to a tolerance, how deep the shapes lie in each other?
+bool has_deepest(PointList& list, const AxisFound& axis, float tolerance) {
   float deepest = 3e38f;
   for (const ContactPoint& point : list) deepest = std::min(deepest, point.separation);
-  if (deepest <= axis.separation + 0.05f * std::fabs(axis.separation) + 2e-3f * size) return;
+  return deepest <= axis.separation + tolerance;
+}
+
+// Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
+// at right angles to the axis, other edges meet along almost the same one, and the point of a single
+// pair of edges would jump from one end of the contact to the other (docs/decisions/0017). (Not with
+// triangles: their neighbours hold what lies beside.)
+void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, float size,
+                     PointList& list) {
+  if (b.triangle == nullptr) {
+    Feature face_a, face_b;
+    facing_feature(a, axis.normal, face_a);
+    facing_feature(b, -axis.normal, face_b);
+    clip_features(face_a, face_b, axis.normal, list);
+    // A face that slopes and is cut a little beyond its rim seems deeper there than the edge is.
+    for (ContactPoint& point : list) point.separation = std::max(point.separation, axis.separation);
+    if (has_deepest(list, axis, kTie * size)) return;
+  }
+  edge_contact(axis, axis.name.pack(), list);
+}
+
+// Where the shapes meet beside the two faces (near a rim, edge against edge, with a face preferred),
+// clipping may miss the deepest corner.
+void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incident_is_b, float size,
+                 PointList& list) {
+  if (has_deepest(list, axis, 0.01f * std::fabs(axis.separation) + 2e-3f * size)) return;
   const V3f toward = incident_is_b ? -axis.normal : axis.normal;
   const Corner corner = farthest_corner(incident, toward);
   list.add(corner.point + toward * (0.5f * axis.separation), axis.separation, corner.id);
@@ -108,7 +131,7 @@ void add_deepest(const PlacedShape& incident, const AxisFound& axis, bool incide
 
 void reference_face(const PlacedShape& shape, std::uint32_t face, const V3f& outward,
                     Feature& feature) {
-  if (shape.triangle == nullptr && shape.collider->type == ShapeType::hull)
+  if (shape.collider->type == ShapeType::hull)
     face_feature(shape, face, feature);
   else
     facing_feature(shape, outward, feature);
@@ -118,7 +141,7 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
              float size, ContactPatch& patch) {
   PointList list(query, axis.normal);
   if (axis.name.kind == AxisName::kEdges) {
-    edge_contact(axis, axis.name.pack(), list);
+    edges_and_faces(axis, a, b, size, list);
   } else {
     const bool of_a = axis.name.kind == AxisName::kFaceOfA;
     const V3f outward = of_a ? axis.normal : -axis.normal;
@@ -126,7 +149,7 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
     reference_face(of_a ? a : b, of_a ? axis.name.a : axis.name.b, outward, reference);
     facing_feature(of_a ? b : a, -outward, incident);
     clip_against(reference, outward, incident, outward, of_a, list);
-    if (b.triangle == nullptr) add_deepest(of_a ? b : a, axis, of_a, size, list);
+    add_deepest(of_a ? b : a, axis, of_a, size, list);
   }
   list.choose(patch);
 }
@@ -180,7 +203,7 @@ void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, Triangle
   search.offset = transposed_times(a.axes, -a.center);
   search.center = -transposed_times(search.rotation, search.offset);
   search.margin = margin;
-  search.tolerance = kTie * search.a.size;
+  search.tie = kTie;
   search.face_normals.clear();
   for (std::uint32_t i = 0; i < search.a.face_count; ++i)
     search.face_normals.push_back(a.axes * search.a.face_normal(i));
@@ -195,32 +218,49 @@ void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, Triangle
   }
 }
 
-void polytope_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
-                       const TriangleAxes& axes, int lane, const Query& query,
-                       ContactPatch& patch) {
-  const Triangle& triangle = *b.triangle;
-  const float size = std::min(search.a.size, core::length(triangle.corner[1] - triangle.corner[0]));
-  AxisAnswer answer;
-  answer.face_a = {{AxisName::kFaceOfA, static_cast<std::uint32_t>(axes.face_a_index[lane]), 0},
-                   axes.face_a[lane]};
-  answer.face_b = {{AxisName::kFaceOfB, 0, 0}, axes.face_b[lane]};
-  const auto edges = static_cast<std::uint32_t>(axes.edges_index[lane]);
-  answer.edges = {{AxisName::kEdges, edges / 3, edges % 3}, axes.edges[lane]};
-  const Axis chosen = prefer(answer, AxisName::kNothing, kTie * size);
-  AxisFound found;
-  found.name = chosen.name;
-  found.separation = chosen.separation;
-  if (chosen.name.kind == AxisName::kEdges) {
-    const std::uint32_t edge = chosen.name.b;
-    found.point_b = triangle.corner[edge];
-    found.along_b = triangle.corner[(edge + 1) % 3] - triangle.corner[edge];
-    place_edges(chosen.name.a, a, search.a, found);
-  } else if (chosen.name.kind == AxisName::kFaceOfA) {
-    found.normal = search.face_normals[chosen.name.a];
-  } else {
-    found.normal = -triangle.normal;
+void clip_face(const PlacedShape& a, std::uint32_t face, const V3f& normal, ClipFace& clip) {
+  // How far outside the face a triangle may lie and still count as inside, as a part of its size.
+  constexpr float kTolerance = 1e-3f;
+  Feature feature;
+  reference_face(a, face, normal, feature);
+  clip.normal = normal;
+  clip.u = direction(feature.points[1] - feature.points[0], perpendicular(normal));
+  clip.v = cross(normal, clip.u);
+  clip.offset = dot(normal, feature.points[0]);
+  clip.count = feature.count;
+  float squared = 0;
+  for (std::uint32_t i = 0; i < feature.count; ++i) {
+    clip.corners[i] = feature.points[i];
+    clip.ids[i] = feature.ids[i];
+    clip.x[i] = dot(clip.u, feature.points[i]);
+    clip.y[i] = dot(clip.v, feature.points[i]);
+    const V3f r = feature.points[i] - feature.points[0];
+    squared = std::max(squared, dot(r, r));
   }
-  contact(found, a, b, query, size, patch);
+  const float outside = kTolerance * std::sqrt(squared);
+  for (std::uint32_t i = 0; i < feature.count; ++i) {
+    const std::uint32_t next = i + 1 < feature.count ? i + 1 : 0;
+    const float x = clip.x[next] - clip.x[i], y = clip.y[next] - clip.y[i];
+    const float scale = 1 / std::max(std::sqrt(x * x + y * y), 1e-30f);
+    clip.side_x[i] = y * scale;
+    clip.side_y[i] = -x * scale;
+    clip.side_offset[i] = (clip.side_x[i] * clip.x[i] + clip.side_y[i] * clip.y[i]) + outside;
+  }
+}
+
+void edge_triangle(const PlacedShape& a, const PlacedShape& b, const TriangleSearch& search,
+                   const TriangleAxes& axes, int lane, const Query& query, ContactPatch& patch) {
+  const Triangle& triangle = *b.triangle;
+  const auto edges = static_cast<std::uint32_t>(axes.edges_index[lane]);
+  AxisFound found;
+  found.name = {AxisName::kEdges, edges / 3, edges % 3};
+  found.separation = axes.edges[lane];
+  found.point_b = triangle.corner[edges % 3];
+  found.along_b = triangle.corner[(edges % 3 + 1) % 3] - triangle.corner[edges % 3];
+  place_edges(edges / 3, a, search.a, found);
+  PointList list(query, found.normal);
+  edge_contact(found, found.name.pack(), list);
+  list.choose(patch);
 }
 
 }  // namespace skerry::collision

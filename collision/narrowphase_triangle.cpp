@@ -1,4 +1,4 @@
-// Capsules against a triangle of a mesh.
+// Round shapes against a triangle of a mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -26,6 +26,47 @@ bool leans_too_far(const Triangle& triangle, const V3f& out) {
   return false;
 }
 
+bool over_face(const Triangle& t, const V3f& p) {
+  for (int i = 0; i < 3; ++i) {
+    const V3f edge = t.corner[(i + 1) % 3] - t.corner[i];
+    if (dot(cross(t.normal, edge), p - t.corner[i]) < 0) return false;
+  }
+  return true;
+}
+
+V3f cap_normal(const PlacedShape& shape, std::uint32_t index) {
+  return index == 0 ? -shape.axes.c1 : shape.axes.c1;
+}
+
+Cap facing_cap(const PlacedShape& shape, const Triangle& t) {
+  // Beyond 30 degrees off the triangle it is the rim that touches.
+  constexpr float kFacing = 0.866f;
+  // A triangle that is parallel to the cap is as near everywhere.
+  constexpr float kParallel = 0.99999f;
+  constexpr float kTie = 1e-3f;  // of the radius
+  Cap cap;
+  cap.index = dot(shape.axes.c1, t.normal) < 0 ? 1 : 0;
+  if (cap.index == 1 && shape.collider->type == ShapeType::cone) return cap;
+  const V3f normal = cap_normal(shape, cap.index), down = -t.normal;
+  const float radius = shape.collider->size.x, facing = dot(normal, down);
+  if (facing < kFacing) return cap;
+  V3f nearest = t.corner[0] - shape.center;
+  for (int i = 1; i < 3; ++i) {
+    const V3f corner = t.corner[i] - shape.center;
+    if (dot(normal, corner) < dot(normal, nearest)) nearest = corner;
+  }
+  const float along = dot(normal, nearest);
+  cap.separation = along - shape.collider->size.y;
+  const V3f across = nearest - normal * along;
+  const float of_face = dot(t.normal, shape.center - t.corner[0]) - extent(shape, down);
+  const bool within_rim = facing > kParallel || dot(across, across) < radius * radius;
+  if (within_rim && cap.separation > of_face - kTie * radius)
+    cap.along = leans_too_far(t, -normal) ? Cap::Along::triangle : Cap::Along::cap;
+  else if (!(t.touchable[0] || t.touchable[1] || t.touchable[2]))
+    cap.along = Cap::Along::triangle;
+  return cap;
+}
+
 namespace {
 
 struct Nearest {
@@ -39,12 +80,6 @@ struct Nearest {
 };
 
 V3f edge(const Triangle& t, int i) { return t.corner[(i + 1) % 3] - t.corner[i]; }
-
-bool over_face(const Triangle& t, const V3f& p) {
-  for (int i = 0; i < 3; ++i)
-    if (dot(cross(t.normal, edge(t, i)), p - t.corner[i]) < 0) return false;
-  return true;
-}
 
 V3f nearest_on_segment(const V3f& tail, const V3f& along, const V3f& p) {
   const float t = dot(p - tail, along) / std::max(dot(along, along), 1e-30f);

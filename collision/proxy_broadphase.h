@@ -2,10 +2,12 @@
 // only the structure that finds the boxes which meet a box.
 #pragma once
 
+#include <atomic>
 #include <span>
 #include <vector>
 
 #include "collision/broadphase.h"
+#include "jobs/blocks.h"
 
 namespace skerry::collision {
 
@@ -18,13 +20,14 @@ class ProxyBroadphase : public Broadphase {
              core::BodyIndex body) final;
   const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
   void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
+  bool is_pair(ColliderIndex a, ColliderIndex b) const final;
 
   void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
   void refit(const StepContext& step, Task& task) final;
   std::uint32_t moved_count() const final { return static_cast<std::uint32_t>(moved_.size()); }
   std::uint64_t proxies_touched() const final;
   void query_pairs(const StepContext& step, IndexRange moved, Task& task) final;
-  void merge_pairs(const StepContext& step) final;
+  void merge_pairs(const StepContext& step, Task& task) final;
 
  protected:
   // -- The structure. It holds bounded proxies only; `fixed` ones are those of fixed bodies.
@@ -102,17 +105,18 @@ class ProxyBroadphase : public Broadphase {
 
   bool may_pair(const StepContext& step, const Proxy& a, const Proxy& b) const;
   void query_one(const StepContext& step, ColliderIndex collider, WorkerBuffers& buffers) const;
-  bool is_pair(ColliderIndex a, ColliderIndex b) const;
 
-  void find_parted(const StepContext& step);
-  bool stays(const StepContext& step, std::uint32_t row, ColliderIndex a);
-  void gather_new();
-  core::ContactPair make_pair(const StepContext& step, std::uint64_t key);
-  void look_at_once(const StepContext& step, core::ContactPair& pair);
-  void remove_parted(core::ContactTable& table);
-  void insert_new(const StepContext& step, core::ContactTable& table);
+  void find_parted(const StepContext& step, Task& task);
+  bool stays(const StepContext& step, std::uint32_t row);
+  void sort_keys(Task& task);
+  void cut_merge();
+  void prepare_merge(const StepContext& step, std::uint32_t block);
+  core::ContactPair make_pair(const StepContext& step, std::uint64_t key) const;
+  void exchange_manifolds(core::ContactTable& table);
+  void merge(const core::ContactTable& table, std::uint32_t block);
   void index_pairs(const core::ContactTable& table);
-  bool list_active(const StepContext& step);
+  void index_owners(const std::vector<ColliderIndex>& owner, IndexRange rows);
+  bool list_active(const StepContext& step, Task& task);
 
   std::vector<Aabb> fat_;               // [collider]
   std::vector<Proxy> proxies_;          // [collider]
@@ -133,15 +137,28 @@ class ProxyBroadphase : public Broadphase {
     std::uint32_t begin = 0, end = 0;
   };
   std::vector<PartnerRange> partners_;  // [collider]
-  std::vector<ColliderIndex> owners_;   // whose range is not empty, ascending
-  std::vector<ColliderIndex> partner_;
+  std::vector<ColliderIndex> owner_;    // [pair] the lower collider
+  std::vector<ColliderIndex> partner_;  // [pair] the higher one
 
+  // Of merge_pairs. What leaves and what comes is found in blocks; then the table is written anew
+  // in blocks that have whole owners.
+  struct MergeBlock {  // up to where the next one begins
+    ColliderIndex owner = 0;
+    std::uint32_t row = 0;                                         // of the table
+    std::uint32_t parted = 0;                                      // into parted_
+    std::uint32_t added = 0;                                       // into added_pairs_
+    std::uint32_t merged() const { return row - parted + added; }  // row of the table to come
+  };
   std::vector<WorkerBuffers> workers_;
-  std::vector<std::uint64_t> new_keys_;
-  std::vector<core::ContactPair> new_pairs_;
+  jobs::RowFilter filter_;
   std::vector<std::uint32_t> parted_;  // rows of the pair table, ascending
-  bool unseen_ = false;                // a pair became kUnseen in this step
-  bool list_stale_ = true;             // ContactTable::active does not fit the pairs
+  std::vector<ColliderIndex> cuts_;
+  std::vector<MergeBlock> merge_blocks_;  // and one past the last
+  std::vector<core::ContactPair> parted_pairs_, added_pairs_;
+  std::vector<core::ContactPair> next_pairs_;
+  std::vector<ColliderIndex> next_owner_, next_partner_;
+  std::atomic<bool> unseen_{false};  // a pair became kUnseen in this step
+  bool list_stale_ = true;           // ContactTable::active does not fit the pairs
   std::uint64_t proxies_touched_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
 #include "core/growth.h"
+#include "jobs/blocks.h"
 
 namespace skerry::collision {
 namespace {
@@ -17,6 +18,32 @@ std::uint64_t ordered_key(std::uint32_t a, std::uint32_t b) {
 }
 
 bool by_key(const ContactPair& a, const ContactPair& b) { return a.key() < b.key(); }
+
+// The least key that a pair of this owner could have.
+std::uint64_t lowest_key(ColliderIndex owner) { return std::uint64_t{owner} << 32; }
+
+// Pairs that one block works on: some 10 us.
+constexpr std::uint32_t kRowGrain = 2048;
+
+// How many of these, ascending, are below the value.
+template <class T>
+std::uint32_t rank_in(const std::vector<T>& sorted, T value) {
+  return static_cast<std::uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), value) -
+                                    sorted.begin());
+}
+
+template <class T>
+void resize(std::vector<T>& buffer, std::size_t count) {
+  core::make_room(buffer, count);
+  buffer.resize(count);
+}
+
+// Of a pair of which nobody is awake, and which has changed all the same. Whether it is one.
+bool look_at_once(const core::Bodies& bodies, ContactPair& pair) {
+  if ((bodies.flags[pair.body_a] | bodies.flags[pair.body_b]) & core::kAwake) return false;
+  pair.flags |= core::kUnseen;
+  return true;
+}
 
 }  // namespace
 
@@ -73,56 +100,80 @@ void ProxyBroadphase::query_one(const StepContext& step, ColliderIndex collider,
 }
 
 // Pairs of moved colliders whose boxes have parted, or that a rule now forbids. The pass over all
-// pairs reads four bytes of each: it is what a few movers among many sleepers cost.
-void ProxyBroadphase::find_parted(const StepContext& step) {
+// pairs reads eight bytes of each: it is what a few movers among many sleepers cost.
+void ProxyBroadphase::find_parted(const StepContext& step, Task& task) {
   parted_.clear();
   if (moved_.empty()) return;
-  const auto end = static_cast<std::uint32_t>(partner_.size());
-  core::make_room(parted_, end + 1);
-  parted_.resize(end + 1);
-  std::uint32_t count = 0;
-  for (std::uint32_t row = 0; row < end; ++row) {
-    parted_[count] = row;
-    count += marks_[partner_[row]] != 0;
-  }
-  parted_.resize(count);
-  for (const ColliderIndex a : moved_)
-    for (std::uint32_t row = partners_[a].begin; row < partners_[a].end; ++row)
-      if (!marks_[partner_[row]]) parted_.push_back(row);
-  std::sort(parted_.begin(), parted_.end());
-  std::erase_if(parted_,
-                [&](std::uint32_t row) { return stays(step, row, step.contacts->pairs[row].a); });
+  filter_.run(
+      task, static_cast<std::uint32_t>(partner_.size()),
+      [&](std::uint32_t row) {
+        return (marks_[owner_[row]] | marks_[partner_[row]]) != 0 && !stays(step, row);
+      },
+      parted_);
 }
 
-bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row, ColliderIndex a) {
-  const ColliderIndex b = partner_[row];
+bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row) {
+  const ColliderIndex a = owner_[row], b = partner_[row];
   if (!overlap(fat_[a], fat_[b])) return false;
   if (!((marks_[a] | marks_[b]) & kTouched)) return true;
   if (!may_pair(step, proxies_[a], proxies_[b])) return false;
-  look_at_once(step, step.contacts->pairs[row]);
+  if (look_at_once(*step.bodies, step.contacts->pairs[row]))
+    unseen_.store(true, std::memory_order_relaxed);
   return true;
 }
 
-// A pair of which nobody is awake, and which has changed all the same.
-void ProxyBroadphase::look_at_once(const StepContext& step, ContactPair& pair) {
-  const std::vector<std::uint32_t>& flags = step.bodies->flags;
-  if ((flags[pair.body_a] | flags[pair.body_b]) & core::kAwake) return;
-  pair.flags |= core::kUnseen;
-  unseen_ = true;
+void ProxyBroadphase::sort_keys(Task& task) {
+  jobs::run_blocks(task, static_cast<std::uint32_t>(workers_.size()),
+                   [&](std::uint32_t block, std::uint32_t) {
+                     std::vector<std::uint64_t>& keys = workers_[block].keys;
+                     std::sort(keys.begin(), keys.end());
+                   });
 }
 
-void ProxyBroadphase::gather_new() {
-  new_keys_.clear();
-  for (WorkerBuffers& worker : workers_) {
-    new_keys_.insert(new_keys_.end(), worker.keys.begin(), worker.keys.end());
-    worker.keys.clear();
+// About as many old or new pairs in each block; an owner's pairs are all in one.
+void ProxyBroadphase::cut_merge() {
+  cuts_.assign(1, 0);
+  for (std::size_t row = kRowGrain; row < owner_.size(); row += kRowGrain)
+    cuts_.push_back(owner_[row]);
+  for (const WorkerBuffers& worker : workers_)
+    for (std::size_t i = kRowGrain; i < worker.keys.size(); i += kRowGrain)
+      cuts_.push_back(static_cast<ColliderIndex>(worker.keys[i] >> 32));
+  std::sort(cuts_.begin(), cuts_.end());
+  cuts_.erase(std::unique(cuts_.begin(), cuts_.end()), cuts_.end());
+  cuts_.push_back(core::kNone);
+  merge_blocks_.clear();
+  for (const ColliderIndex cut : cuts_) {
+    MergeBlock block;
+    block.owner = cut;
+    block.row = rank_in(owner_, cut);
+    block.parted = rank_in(parted_, block.row);
+    for (const WorkerBuffers& worker : workers_)
+      block.added += rank_in(worker.keys, lowest_key(cut));
+    merge_blocks_.push_back(block);
   }
-  std::sort(new_keys_.begin(), new_keys_.end());
-  SKERRY_ASSERT(std::adjacent_find(new_keys_.begin(), new_keys_.end()) == new_keys_.end(),
+}
+
+// Lists a block's new pairs, merged from what the workers found, and those that leave.
+void ProxyBroadphase::prepare_merge(const StepContext& step, std::uint32_t block) {
+  const MergeBlock &begin = merge_blocks_[block], &end = merge_blocks_[block + 1];
+  for (std::uint32_t i = begin.parted; i < end.parted; ++i)
+    parted_pairs_[i] = step.contacts->pairs[parted_[i]];
+  std::uint32_t to = begin.added;
+  for (const WorkerBuffers& worker : workers_) {
+    const std::uint32_t last = rank_in(worker.keys, lowest_key(end.owner));
+    for (std::uint32_t i = rank_in(worker.keys, lowest_key(begin.owner)); i < last; ++i)
+      added_pairs_[to++] = make_pair(step, worker.keys[i]);
+  }
+  const auto first = added_pairs_.begin() + begin.added, past = added_pairs_.begin() + end.added;
+  if (workers_.size() > 1) std::sort(first, past, by_key);
+  SKERRY_ASSERT(std::adjacent_find(first, past,
+                                   [](const ContactPair& a, const ContactPair& b) {
+                                     return a.key() == b.key();
+                                   }) == past,
                 "a new pair was found twice");
 }
 
-ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t key) {
+ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t key) const {
   ContactPair pair;
   pair.a = static_cast<ColliderIndex>(key >> 32);
   pair.b = static_cast<ColliderIndex>(key);
@@ -131,87 +182,123 @@ ContactPair ProxyBroadphase::make_pair(const StepContext& step, std::uint64_t ke
   pair.body_b = b.body;
   if ((a.flags | b.flags) & kIsMesh) pair.manifold_capacity = core::kMeshManifolds;
   if ((a.flags | b.flags) & kIsSensor) pair.flags |= core::kSensorPair;
-  pair.first_manifold = core::take_manifolds(*step.contacts, pair.manifold_capacity);
-  core::set_materials(*step.contacts, pair, step.colliders->rows[pair.a],
-                      step.colliders->rows[pair.b]);
-  look_at_once(step, pair);
+  look_at_once(*step.bodies, pair);
   return pair;
 }
 
-void ProxyBroadphase::remove_parted(ContactTable& table) {
-  if (parted_.empty()) return;
-  std::uint32_t kept = parted_[0];
-  std::size_t next = 0;
-  for (std::uint32_t row = kept; row < table.pairs.size(); ++row) {
-    const ContactPair& pair = table.pairs[row];
-    if (next < parted_.size() && parted_[next] == row) {
-      ++next;
-      core::give_manifolds(table, pair.first_manifold, pair.manifold_capacity);
-      if (pair.flags & (core::kTouching | core::kBegun)) table.ended.push_back(pair);
-    } else {
-      table.pairs[kept++] = pair;
-    }
+void ProxyBroadphase::exchange_manifolds(ContactTable& table) {
+  for (const ContactPair& pair : parted_pairs_) {
+    core::give_manifolds(table, pair.first_manifold, pair.manifold_capacity);
+    if (pair.flags & (core::kTouching | core::kBegun)) table.ended.push_back(pair);
   }
-  table.pairs.resize(kept);
+  for (ContactPair& pair : added_pairs_) {
+    pair.first_manifold = core::take_manifolds(table, pair.manifold_capacity);
+    if (pair.flags & core::kUnseen) unseen_.store(true, std::memory_order_relaxed);
+  }
 }
 
-// Merges from the back, so that rows below the first new pair stay where they are.
-void ProxyBroadphase::insert_new(const StepContext& step, ContactTable& table) {
-  new_pairs_.clear();
-  for (const std::uint64_t key : new_keys_) new_pairs_.push_back(make_pair(step, key));
-  std::size_t old = table.pairs.size(), added = new_pairs_.size(), to = old + added;
-  table.pairs.resize(to);
-  while (added > 0) {
-    const bool keep = old > 0 && by_key(new_pairs_[added - 1], table.pairs[old - 1]);
-    table.pairs[--to] = keep ? table.pairs[--old] : new_pairs_[--added];
+void ProxyBroadphase::merge(const ContactTable& table, std::uint32_t block) {
+  const MergeBlock &begin = merge_blocks_[block], &end = merge_blocks_[block + 1];
+  std::uint32_t row = begin.row, to = begin.merged();
+  std::uint32_t parted = begin.parted, added = begin.added;
+  while (row < end.row || added < end.added) {
+    // A run of rows that stay, up to one that leaves or to where a new pair goes.
+    const std::uint32_t stop = parted < end.parted ? parted_[parted] : end.row;
+    std::uint32_t last = stop;
+    if (added < end.added) {
+      const std::uint64_t key = added_pairs_[added].key();
+      for (last = row; last < stop && (lowest_key(owner_[last]) | partner_[last]) < key;) ++last;
+    }
+    std::copy(table.pairs.begin() + row, table.pairs.begin() + last, next_pairs_.begin() + to);
+    std::copy(owner_.begin() + row, owner_.begin() + last, next_owner_.begin() + to);
+    std::copy(partner_.begin() + row, partner_.begin() + last, next_partner_.begin() + to);
+    to += last - row;
+    row = last;
+    if (row == stop && parted < end.parted) {
+      ++row;
+      ++parted;
+    } else if (added < end.added) {
+      const ContactPair& pair = added_pairs_[added++];
+      next_pairs_[to] = pair;
+      next_owner_[to] = pair.a;
+      next_partner_[to++] = pair.b;
+    }
+  }
+  for (row = begin.row; row < end.row; ++row) partners_[owner_[row]] = {};
+  index_owners(next_owner_, {begin.merged(), end.merged()});
+}
+
+// `rows` hold all pairs of their owners.
+void ProxyBroadphase::index_owners(const std::vector<ColliderIndex>& owner, IndexRange rows) {
+  for (std::uint32_t row = rows.begin; row < rows.end;) {
+    const ColliderIndex self = owner[row];
+    PartnerRange& range = partners_[self];
+    range.begin = row;
+    while (row < rows.end && owner[row] == self) ++row;
+    range.end = row;
   }
 }
 
 // Costs what there are pairs, however many colliders have none.
 void ProxyBroadphase::index_pairs(const ContactTable& table) {
-  for (const ColliderIndex owner : owners_) partners_[owner] = {};
-  proxies_touched_ += owners_.size();
-  owners_.clear();
+  for (const ColliderIndex owner : owner_) partners_[owner] = {};
+  owner_.clear();
   partner_.clear();
   for (const ContactPair& pair : table.pairs) {
-    const auto row = static_cast<std::uint32_t>(partner_.size());
-    if (owners_.empty() || owners_.back() != pair.a) {
-      owners_.push_back(pair.a);
-      partners_[pair.a].begin = row;
-    }
-    partners_[pair.a].end = row + 1;
+    owner_.push_back(pair.a);
     partner_.push_back(pair.b);
   }
-  proxies_touched_ += owners_.size();
+  index_owners(owner_, {0, static_cast<std::uint32_t>(owner_.size())});
+  proxies_touched_ += owner_.size();
 }
 
 // The pair list holds no pair of two bodies that cannot react, so one awake body is enough. Returns
 // whether some are listed for this step only.
-bool ProxyBroadphase::list_active(const StepContext& step) {
+bool ProxyBroadphase::list_active(const StepContext& step, Task& task) {
   ContactTable& table = *step.contacts;
   const std::vector<std::uint32_t>& flags = step.bodies->flags;
+  std::atomic<bool> for_once{false};
   table.active.clear();
-  bool for_once = false;
-  for (std::uint32_t row = 0; row < table.pairs.size(); ++row) {
-    ContactPair& pair = table.pairs[row];
-    const bool awake = (flags[pair.body_a] | flags[pair.body_b]) & core::kAwake;
-    if (!awake && !(pair.flags & core::kUnseen)) continue;
-    for_once |= !awake;
-    pair.flags &= ~std::uint32_t{core::kUnseen};
-    table.active.push_back(row);
-  }
-  return for_once;
+  filter_.run(
+      task, static_cast<std::uint32_t>(table.pairs.size()),
+      [&](std::uint32_t row) {
+        ContactPair& pair = table.pairs[row];
+        const bool awake = (flags[pair.body_a] | flags[pair.body_b]) & core::kAwake;
+        if (!awake && !(pair.flags & core::kUnseen)) return false;
+        if (!awake) for_once.store(true, std::memory_order_relaxed);
+        pair.flags &= ~std::uint32_t{core::kUnseen};
+        return true;
+      },
+      table.active);
+  return for_once.load(std::memory_order_relaxed);
 }
 
-void ProxyBroadphase::merge_pairs(const StepContext& step) {
+void ProxyBroadphase::merge_pairs(const StepContext& step, Task& task) {
   ContactTable& table = *step.contacts;
-  find_parted(step);
-  gather_new();
-  const bool changed = !parted_.empty() || !new_keys_.empty();
+  find_parted(step, task);
+  std::size_t added = 0;
+  for (const WorkerBuffers& worker : workers_) added += worker.keys.size();
+  const bool changed = !parted_.empty() || added > 0;
   if (changed) {
-    remove_parted(table);
-    insert_new(step, table);
-    index_pairs(table);
+    sort_keys(task);
+    cut_merge();
+    const auto blocks = static_cast<std::uint32_t>(merge_blocks_.size() - 1);
+    resize(parted_pairs_, parted_.size());
+    resize(added_pairs_, added);
+    jobs::run_blocks(task, blocks,
+                     [&](std::uint32_t block, std::uint32_t) { prepare_merge(step, block); });
+    exchange_manifolds(table);
+    const std::uint32_t rows = merge_blocks_.back().merged();
+    proxies_touched_ += owner_.size() + rows;
+    resize(next_pairs_, rows);
+    resize(next_owner_, rows);
+    resize(next_partner_, rows);
+    jobs::run_blocks(task, blocks,
+                     [&](std::uint32_t block, std::uint32_t) { merge(table, block); });
+    std::swap(table.pairs, next_pairs_);
+    std::swap(owner_, next_owner_);
+    std::swap(partner_, next_partner_);
+    for (WorkerBuffers& worker : workers_) worker.keys.clear();
   }
   // Keys of pairs that were dropped between steps came before.
   if (!std::is_sorted(table.ended.begin(), table.ended.end(), by_key))
@@ -220,8 +307,9 @@ void ProxyBroadphase::merge_pairs(const StepContext& step) {
 
   const bool awake_changed = last_awake_ != step.bodies->awake;
   if (awake_changed) last_awake_ = step.bodies->awake;
-  if (changed || awake_changed || list_stale_ || unseen_) list_stale_ = list_active(step);
-  unseen_ = false;
+  if (changed || awake_changed || list_stale_ || unseen_.load(std::memory_order_relaxed))
+    list_stale_ = list_active(step, task);
+  unseen_.store(false, std::memory_order_relaxed);
 }
 
 }  // namespace skerry::collision

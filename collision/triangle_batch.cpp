@@ -11,6 +11,8 @@ namespace float_lanes {
 
 #include "collision/axis_lanes-inl.h"
 #include "collision/triangle_lanes-inl.h"
+
+#include "collision/triangle_clip-inl.h"
 #undef SKERRY_LANES
 
 }  // namespace float_lanes
@@ -41,6 +43,11 @@ unsigned search_triangles_reference(const TriangleSearch& search, int count,
 unsigned touch_triangles_reference(const core::V3f& center, float reach, int count,
                                    const TriangleBatch& batch, TriangleTouches& touches) {
   return float_lanes::touch_triangle_lanes<float_lanes::Lane>(center, reach, count, batch, touches);
+}
+void clip_triangles_reference(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                              const TriangleBatch& batch, const TriangleAxes& axes,
+                              TriangleClips& clips) {
+  float_lanes::clip_triangle_lanes<float_lanes::Lane>(face, query, lanes, batch, axes, clips);
 }
 
 }  // namespace skerry::collision

@@ -50,13 +50,13 @@ unsigned place_triangles(const SurfaceFrame& surface, const core::V3f& middle, i
 // faces count only where contacts may lean so far (see leans_too_far).
 struct TriangleSearch {
   PolytopeLanes a;
-  core::V3f center;     // m, of a's frame in the pair's
-  core::M3f axes;       // of a's frame
-  core::M3f rotation;   // of the pair's frame in a's
-  core::V3f offset;     // m, origin of the pair's frame in a's
-  float margin = 0;     // m: beyond this separation shapes are apart
-  float tolerance = 0;  // m: edges matter only where they reach the best face less this
-  struct Edge {         // in the pair's frame, see PolytopeLanes::EdgeRow
+  core::V3f center;    // m, of a's frame in the pair's
+  core::M3f axes;      // of a's frame
+  core::M3f rotation;  // of the pair's frame in a's
+  core::V3f offset;    // m, origin of the pair's frame in a's
+  float margin = 0;    // m: beyond this separation shapes are apart
+  float tie = 0;       // axes that differ by less than this part of the size are as good
+  struct Edge {        // in the pair's frame, see PolytopeLanes::EdgeRow
     core::V3f tail, along, left, right;
     float left_offset, right_offset;
   };
@@ -67,6 +67,12 @@ struct alignas(64) TriangleAxes {
   float face_a[TriangleBatch::kSize], face_a_index[TriangleBatch::kSize];  // m; lowest among equals
   float face_b[TriangleBatch::kSize];                                      // m
   float edges[TriangleBatch::kSize], edges_index[TriangleBatch::kSize];    // 3 * a's + triangle's
+  // Which of them the contact takes: faces before edges and a's before the triangle's, unless the
+  // other is better by more than a tie. No edges where one of a's faces is better that may not be a
+  // normal: they are not what is nearest, and the neighbours answer for what is.
+  float of_b[TriangleBatch::kSize];    // of the faces: 1 if the triangle's, else 0
+  float facing[TriangleBatch::kSize];  // a's face that takes part: its own, or the one opposite
+  unsigned by_edges;                   // bit per triangle
 };
 // Bit per triangle that is not farther than the margin along any axis. Others' axes say nothing.
 unsigned search_triangles(const TriangleSearch& search, int count, const TriangleBatch& batch,
@@ -81,6 +87,43 @@ struct TriangleTouches {
 unsigned touch_triangles(const core::V3f& center, float reach, int count,
                          const TriangleBatch& batch, TriangleTouches& touches);
 
+// -- Where a face of a polytope and triangles lie over each other, seen along their contacts'
+// normals.
+struct ClipFace {
+  static constexpr std::uint32_t kMaxCorners = 24;
+  core::V3f normal;  // unit, outward
+  core::V3f u, v;    // unit; u x v = normal
+  float offset = 0;  // m, along the normal
+  std::uint32_t count = 0;
+  core::V3f corners[kMaxCorners];                  // m, counter-clockwise seen from outside
+  float x[kMaxCorners], y[kMaxCorners];            // m, along u and v
+  float side_x[kMaxCorners], side_y[kMaxCorners];  // unit, outward: edge i leaves corner i
+  float side_offset[kMaxCorners];                  // m, a little outside the edge
+  std::uint16_t ids[kMaxCorners];                  // the same for the same place of the shape
+};
+struct ClipQuery {            // see Query
+  core::V3f linear, angular;  // m/s, rad/s
+  float dt = 0, slop = 0;     // s, m
+};
+struct TriangleClips {
+  // Candidates of a triangle: where each of its edges enters the face, where it leaves, and the
+  // face's corners over the triangle.
+  static constexpr int kEnter = 0, kLeave = 3, kCorners = 6;
+  static constexpr int kMost = kCorners + int{ClipFace::kMaxCorners};
+  alignas(64) float normal[3][TriangleBatch::kSize];  // unit, from the polytope to the triangle
+  struct alignas(64) Candidate {
+    float position[3][TriangleBatch::kSize];  // m, halfway between the two surfaces
+    float separation[TriangleBatch::kSize];   // m, along the contact's normal
+    // Of edges: the face's edge that they cross there, or -1 where they begin.
+    float side[TriangleBatch::kSize];
+  } candidates[kMost];
+  // Bit per triangle for which a candidate is a point that can touch within the step.
+  unsigned valid[kMost];
+};
+// Of the triangles in `lanes`, whose contacts take this face. Fills 6 candidates and one per corner.
+void clip_triangles(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                    const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips);
+
 // The same source with float for lanes.
 unsigned place_triangles_reference(const SurfaceFrame& surface, const core::V3f& middle, int count,
                                    TriangleBatch& batch);
@@ -88,13 +131,17 @@ unsigned search_triangles_reference(const TriangleSearch& search, int count,
                                     const TriangleBatch& batch, TriangleAxes& axes);
 unsigned touch_triangles_reference(const core::V3f& center, float reach, int count,
                                    const TriangleBatch& batch, TriangleTouches& touches);
+void clip_triangles_reference(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                              const TriangleBatch& batch, const TriangleAxes& axes,
+                              TriangleClips& clips);
 
-// All three of one instruction set, by its Highway name; null members if this machine or build does
+// All of one instruction set, by its Highway name; null members if this machine or build does
 // not have it.
 struct TriangleKernels {
   decltype(&place_triangles) place = nullptr;
   decltype(&search_triangles) search = nullptr;
   decltype(&touch_triangles) touch = nullptr;
+  decltype(&clip_triangles) clip = nullptr;
 };
 TriangleKernels triangle_kernels_of(const char* target);
 

@@ -27,6 +27,10 @@ static unsigned touch_here(const core::V3f& center, float reach, int count,
                            const TriangleBatch& batch, TriangleTouches& touches) {
   return touch_triangles_reference(center, reach, count, batch, touches);
 }
+static void clip_here(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                      const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
+  clip_triangles_reference(face, query, lanes, batch, axes, clips);
+}
 
 #else
 
@@ -37,6 +41,8 @@ static unsigned touch_here(const core::V3f& center, float reach, int count,
 
 #include "collision/axis_lanes-inl.h"
 #include "collision/triangle_lanes-inl.h"
+
+#include "collision/triangle_clip-inl.h"
 #undef SKERRY_LANES
 
 static unsigned place_here(const SurfaceFrame& surface, const core::V3f& middle, int count,
@@ -51,6 +57,10 @@ static unsigned touch_here(const core::V3f& center, float reach, int count,
                            const TriangleBatch& batch, TriangleTouches& touches) {
   return touch_triangle_lanes<Lane>(center, reach, count, batch, touches);
 }
+static void clip_here(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                      const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
+  clip_triangle_lanes<Lane>(face, query, lanes, batch, axes, clips);
+}
 
 #endif
 
@@ -64,6 +74,7 @@ namespace skerry::collision {
 HWY_EXPORT(place_here);
 HWY_EXPORT(search_here);
 HWY_EXPORT(touch_here);
+HWY_EXPORT(clip_here);
 
 unsigned place_triangles(const SurfaceFrame& surface, const core::V3f& middle, int count,
                          TriangleBatch& batch) {
@@ -77,22 +88,30 @@ unsigned touch_triangles(const core::V3f& center, float reach, int count,
                          const TriangleBatch& batch, TriangleTouches& touches) {
   return HWY_DYNAMIC_DISPATCH(touch_here)(center, reach, count, batch, touches);
 }
+void clip_triangles(const ClipFace& face, const ClipQuery& query, unsigned lanes,
+                    const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
+  HWY_DYNAMIC_DISPATCH(clip_here)(face, query, lanes, batch, axes, clips);
+}
 
 TriangleKernels triangle_kernels_of(const char* target) {
   const auto is = [target](std::int64_t bit) {
     return std::strcmp(hwy::TargetName(bit), target) == 0 && (hwy::SupportedTargets() & bit) != 0;
   };
 #if HWY_TARGETS & HWY_SSSE3
-  if (is(HWY_SSSE3)) return {N_SSSE3::place_here, N_SSSE3::search_here, N_SSSE3::touch_here};
+  if (is(HWY_SSSE3))
+    return {N_SSSE3::place_here, N_SSSE3::search_here, N_SSSE3::touch_here, N_SSSE3::clip_here};
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  if (is(HWY_SSE4)) return {N_SSE4::place_here, N_SSE4::search_here, N_SSE4::touch_here};
+  if (is(HWY_SSE4))
+    return {N_SSE4::place_here, N_SSE4::search_here, N_SSE4::touch_here, N_SSE4::clip_here};
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (is(HWY_AVX2)) return {N_AVX2::place_here, N_AVX2::search_here, N_AVX2::touch_here};
+  if (is(HWY_AVX2))
+    return {N_AVX2::place_here, N_AVX2::search_here, N_AVX2::touch_here, N_AVX2::clip_here};
 #endif
 #if HWY_TARGETS & HWY_AVX3
-  if (is(HWY_AVX3)) return {N_AVX3::place_here, N_AVX3::search_here, N_AVX3::touch_here};
+  if (is(HWY_AVX3))
+    return {N_AVX3::place_here, N_AVX3::search_here, N_AVX3::touch_here, N_AVX3::clip_here};
 #endif
   return {};
 }

@@ -114,11 +114,11 @@ L face_separation_of_triangles(const TriangleSearch& search, const TriangleLanes
   return (dot(t.normal, spread<L>(search.center)) + low) - dot(t.normal, t.corner[0]);
 }
 
-// The polytope's faces as axes: the best that may be a contact's normal. Returns the lanes that one
-// of them parts.
+// The polytope's faces as axes: the best that may be a contact's normal. Returns the separation along
+// the best of all.
 template <class L>
-typename L::Mask search_faces_of_a(const TriangleSearch& search, const TriangleLanes<L>& t,
-                                   const LeanLimits<L>& limits, Best<L>& best) {
+L search_faces_of_a(const TriangleSearch& search, const TriangleLanes<L>& t,
+                    const LeanLimits<L>& limits, Best<L>& best) {
   LeanLimits<L> in_a = limits;
   in_a.up = into(search.axes, limits.up);
   for (int i = 0; i < 3; ++i) in_a.away[i] = into(search.axes, limits.away[i]);
@@ -133,7 +133,7 @@ typename L::Mask search_faces_of_a(const TriangleSearch& search, const TriangleL
     widest = max(separation, widest);
     best.consider(may_lean(in_a, spread<L>(-normal)), separation, L(static_cast<float>(i)));
   }
-  return widest > L(search.margin);
+  return widest;
 }
 
 template <class L>
@@ -172,10 +172,39 @@ void search_triangle_edges(const TriangleSearch& search, const TriangleBatch& ba
   }
 }
 
+// Which face of a looks most along each direction.
+template <class L>
+L facing_face_of_a(const TriangleSearch& search, const Vec<L>& toward) {
+  Best<L> best = none_yet<L>();
+  for (std::uint32_t i = 0; i < search.a.face_count; ++i)
+    best.consider(dot(spread<L>(search.face_normals[i]), toward), L(static_cast<float>(i)));
+  return best.index;
+}
+
+// What the contact takes, see TriangleAxes. Returns the lanes in which a pair of edges is the best.
+template <class L>
+typename L::Mask choose_axes(const TriangleSearch& search, const TriangleLanes<L>& t,
+                             const Best<L>& face_a, L face_b, const Best<L>& edges, int k,
+                             TriangleAxes& axes) {
+  const L tie = L(search.tie) * min(L(search.a.size), square_root(dot(t.edge[0], t.edge[0])));
+  const typename L::Mask of_b = face_b > face_a.value + tie;
+  const L face = select(of_b, face_b, face_a.value);
+  L facing = face_a.index;
+  if (bits(of_b) != 0) {
+    const L zero = L(0.0f);
+    const Vec<L> down = Vec<L>{zero, zero, zero} - t.normal;
+    facing = select(of_b, facing_face_of_a(search, down), facing);
+  }
+  select(of_b, L(1.0f), L(0.0f)).store(axes.of_b + k);
+  facing.store(axes.facing + k);
+  return edges.value > face + (tie + L(0.01f) * abs(face));
+}
+
 template <class L>
 unsigned search_triangle_lanes(const TriangleSearch& search, int count, const TriangleBatch& batch,
                                TriangleAxes& axes) {
   unsigned near = 0;
+  axes.by_edges = 0;
   for (int k = 0; k < count; k += L::kLanes) {
     TriangleLanes<L> t;
     load_triangles(batch, k, t);
@@ -185,12 +214,16 @@ unsigned search_triangle_lanes(const TriangleSearch& search, int count, const Tr
     LeanLimits<L> limits;
     lean_limits(batch, k, t, limits);
     Best<L> face_a = none_yet<L>(), edges = none_yet<L>();
-    apart = apart | search_faces_of_a(search, t, limits, face_a);
+    const L widest = search_faces_of_a(search, t, limits, face_a);
+    apart = apart | (widest > L(search.margin));
     if (all(apart)) continue;
-    search_triangle_edges(search, batch, k, t, max(face_a.value, face_b) - L(search.tolerance),
-                          edges);
+    search_triangle_edges(search, batch, k, t,
+                          max(face_a.value, face_b) - L(search.tie * search.a.size), edges);
     apart = apart | (edges.value > L(search.margin));
     near |= lane_bits<L>(!apart, k, count);
+    const typename L::Mask by_edges =
+        choose_axes(search, t, face_a, face_b, edges, k, axes) & !(widest > edges.value);
+    axes.by_edges |= lane_bits<L>(by_edges & !apart, k, count);
     face_a.value.store(axes.face_a + k);
     face_a.index.store(axes.face_a_index + k);
     face_b.store(axes.face_b + k);

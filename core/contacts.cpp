@@ -24,7 +24,6 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
   }
   const std::uint32_t first = rows.back();
   rows.pop_back();
-  std::fill_n(table.manifolds.begin() + first, capacity, Manifold{});
   return first;
 }
 

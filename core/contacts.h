@@ -26,7 +26,7 @@ struct alignas(32) Manifold {
   float twist_impulse = 0;        // N m s about the normal, on b
   V3f rolling_impulse{0, 0, 0};   // N m s, world, on b
   float total_impulse = 0;        // N s along the normal over the whole step, for events
-  // Of the two materials together; written when the pair is made.
+  // Of the two materials together; written when the contact begins.
   float friction = 0, restitution = 0;
   float rolling_resistance = 0;   // m
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
@@ -78,7 +78,7 @@ struct ContactTable {
   std::vector<ContactPair> ended;
 };
 
-// Manifold pool.
+// Manifold pool. What is taken holds anything.
 std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
 

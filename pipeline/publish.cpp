@@ -90,13 +90,18 @@ void add_hit(WorldData& world, const ContactPair& pair) {
   if (!(hit.impulse > 0 && hit.approach_speed > world.settings.hit_speed)) world.events.pop_back();
 }
 
-void tell(WorldData& world, ContactPair& pair) {
+bool has_news(const WorldData& world, const ContactPair& pair) {
   const bool touching = pair.flags & core::kTouching;
+  if (!(pair.flags & core::kBegun)) return touching && are_in_touch(world, pair);
+  return !touching || world.settings.persist_events || std::isfinite(world.settings.hit_speed);
+}
+
+// Of a pair that has news.
+void tell(WorldData& world, ContactPair& pair) {
   if (!(pair.flags & core::kBegun)) {
-    if (!touching || !are_in_touch(world, pair)) return;
     add_event(world, pair, ContactEventKind::begin, world.events);
     pair.flags |= core::kBegun;
-  } else if (!touching) {
+  } else if (!(pair.flags & core::kTouching)) {
     add_event(world, pair, ContactEventKind::end, world.events);
     pair.flags &= ~std::uint32_t{core::kBegun};
     return;
@@ -104,6 +109,16 @@ void tell(WorldData& world, ContactPair& pair) {
     add_event(world, pair, ContactEventKind::persist, world.events);
   }
   if (std::isfinite(world.settings.hit_speed)) add_hit(world, pair);
+}
+
+void tell_contacts(WorldData& world, jobs::Task& task) {
+  std::vector<ContactPair>& pairs = world.contacts.pairs;
+  const std::vector<std::uint32_t>& active = world.contacts.active;
+  world.news.clear();
+  world.news_filter.run(
+      task, static_cast<std::uint32_t>(active.size()),
+      [&](std::uint32_t i) { return has_news(world, pairs[active[i]]); }, world.news);
+  for (const std::uint32_t i : world.news) tell(world, pairs[active[i]]);
 }
 
 // Sensors that were met between the step's poses. The next step sees whether they still are.
@@ -129,11 +144,11 @@ void tell_crossings(WorldData& world) {
   }
 }
 
-void write_events(WorldData& world) {
+void write_events(WorldData& world, jobs::Task& task) {
   world.events.clear();
   std::swap(world.events, world.pending_end_events);
   collect_end_events(world, world.events);
-  for (const std::uint32_t row : world.contacts.active) tell(world, world.contacts.pairs[row]);
+  tell_contacts(world, task);
   tell_crossings(world);
   std::sort(world.events.begin(), world.events.end(),
             [](const auto& a, const auto& b) { return order_of(a) < order_of(b); });
@@ -157,8 +172,8 @@ void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
   for_each_simulated(world, groups, [&](BodyIndex body) { write_transform(world, body); });
 }
 
-void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task&) {
-  collision::order_impacts(world.context);
+void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task& task) {
+  collision::order_impacts(world.context, task);
   for (const BodyIndex body : world.fast.stopped) {
     solver::stop_at_impact(world.context, body);
     write_transform(world, body);
@@ -172,9 +187,9 @@ void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {
   world.contacts.ended.clear();
 }
 
-void publish(WorldData& world, jobs::IndexRange, jobs::Task&) {
+void publish(WorldData& world, jobs::IndexRange, jobs::Task& task) {
   take_broken_joints(world);
-  write_events(world);
+  write_events(world, task);
   write_changed(world);
   world.snapshots.publish(world.step_count + 1, world.time + world.context.dt, world.ids,
                           world.transforms);

@@ -13,6 +13,7 @@
 #include "collision/continuous.h"
 #include "collision/narrowphase.h"
 #include "core/step_context.h"
+#include "jobs/blocks.h"
 #include "pipeline/geometry_cache.h"
 #include "pipeline/query_pictures.h"
 #include "pipeline/snapshots.h"
@@ -69,6 +70,8 @@ struct WorldData {
   std::vector<std::uint32_t> row_of;   // [body rows] into ids and transforms
   std::vector<std::uint32_t> changed;  // rows
   bool rows_stale = true;              // bodies came or went
+  jobs::RowFilter news_filter;
+  std::vector<std::uint32_t> news;  // into ContactTable::active: pairs with something to tell
   std::vector<ContactEvent> events;
   std::vector<ContactEvent> pending_end_events;  // of bodies removed since the last step
   std::vector<JointBroken> broken;               // in the last step

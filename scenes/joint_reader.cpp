@@ -85,7 +85,7 @@ JointMotor read_motor(const JsonNode& node, const Unit& unit) {
   check_object(node, unit.motor_spec);
   const JsonNode *speed = node.find("speed"), *target = node.find(unit.target);
   if (!speed == !target) {
-    node.fail("needs either \"speed\" or \"" + std::string(unit.target) + "\"");
+    node.fail(std::string("needs either \"speed\" or \"").append(unit.target).append("\""));
   }
   JointMotor motor;
   motor.mode = speed ? JointMotorMode::velocity : JointMotorMode::position;

@@ -730,8 +730,11 @@ struct KernelsOf {
     const F h11 = r11 * vv - r12 * uv, h12 = r12 * uu - r11 * uv, h22 = r22 * uu - r21 * uv;
     const F c00 = h11 * h22 - h12 * h12, c01 = h02 * h12 - h01 * h22, c02 = h01 * h12 - h02 * h11;
     const F det = (h00 * c00 + h01 * c01) + h02 * c02;
-    const M regular = L::both(four, L::both(L::less((uu * vv) * L::set(1e-3f), uu * vv - uv * uv),
-                                            L::less((h00 * (h11 * h22)) * L::set(1e-3f), det)));
+    const M spread_out =
+        L::both(four, L::both(L::less((uu * vv) * L::set(1e-3f), uu * vv - uv * uv),
+                              L::less((h00 * (h11 * h22)) * L::set(1e-3f), det)));
+    // Points micrometres apart leave so small a determinant that its inverse overflows.
+    const M regular = L::both(spread_out, L::less(L::set(1e-30f), det));
     const F inv_det = inverse_or_zero(det);
     Lanes<W>* m = block.points.together;
     store(L::select(regular, c00 * inv_det, L::select(some, L::set(-1.0f), none)), m[0]);

@@ -46,19 +46,22 @@ void JointBodies::begin(std::uint32_t rows, std::uint32_t dynamic_end) {
     bodies_.resize(rows);
     before_.resize(rows);
     published_.resize(rows);
+    touched_.resize(rows);
     moves_.resize(rows);
   }
   for (std::uint32_t row = 0; row < rows; ++row) moves_[row].owned = moves_[row].smooth = false;
+  std::fill_n(touched_.begin(), rows, std::uint8_t{0});
   bodies_[0] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0, 0, 0, 0}, {{0, 0, 0}, {0, 0, 0, 1}}};
   before_[0] = {{0, 0, 0}, {0, 0, 0}};
   dynamic_end_ = dynamic_end;
   any_smooth_ = false;
 }
 
-void JointBodies::own(std::uint32_t first, std::uint32_t count, bool smooth) {
+void JointBodies::own(std::uint32_t first, std::uint32_t count, bool smooth, bool touched) {
   for (std::uint32_t row = first; row < first + count; ++row) {
     moves_[row].owned = true;
     moves_[row].smooth = smooth;
+    touched_[row] = touched;
     moves_[row].stiffness = {0, 0, 0, 0, 0, 0};
   }
   any_smooth_ = any_smooth_ || smooth;
@@ -129,7 +132,7 @@ void JointBodies::kick(std::uint32_t begin, std::uint32_t end, double h, double 
   for (std::uint32_t row = std::max(begin, 1u); row < std::min(end, dynamic_end_); ++row) {
     const Move& move = moves_[row];
     if (!move.owned || (only_smooth && !move.smooth)) continue;
-    absorb(row);
+    if (touched_[row]) absorb(row);
     JointBody& body = bodies_[row];
     before_[row] = {body.linear, body.angular};
     const double dt = move.smooth ? h * fraction : h;
@@ -193,7 +196,7 @@ void JointBodies::drift(std::uint32_t begin, std::uint32_t end, double h) {
   for (std::uint32_t row = std::max(begin, 1u); row < end; ++row) {
     const Move& move = moves_[row];
     if (!move.owned) continue;
-    if (solved(row)) absorb(row);
+    if (touched_[row]) absorb(row);
     JointBody& body = bodies_[row];
     body.pose.center = body.pose.center + body.linear * h;
     turn(body, move, h);
@@ -207,7 +210,7 @@ void JointBodies::drift(std::uint32_t begin, std::uint32_t end, double h) {
 
 void JointBodies::result(const core::Bodies& bodies, std::uint32_t row, core::BodyIndex index,
                          core::BodyPose& pose, core::BodyMotion& motion) {
-  absorb(row);
+  if (touched_[row]) absorb(row);
   const JointBody& body = bodies_[row];
   const Q4d& q = body.pose.orientation;
   pose = {vector(body.pose.center), Quat(q.w, q.x, q.y, q.z)};

@@ -38,8 +38,8 @@ class JointBodies {
     velocity_ = velocity;
     delta_ = delta;
   }
-  // Rows [first, first + count) are those of a jointed island.
-  void own(std::uint32_t first, std::uint32_t count, bool smooth);
+  // Rows [first, first + count) are those of a jointed island; `touched`: contacts work on them too.
+  void own(std::uint32_t first, std::uint32_t count, bool smooth, bool touched);
   bool owns(std::uint32_t row) const { return moves_[row].owned; }
   bool smooth(std::uint32_t row) const { return moves_[row].smooth; }
   bool any_smooth() const { return any_smooth_; }
@@ -66,7 +66,7 @@ class JointBodies {
   bool solved(std::uint32_t row) const { return row - 1 < dynamic_end_ - 1; }
   // A body up to date with its float row. Row 0 does not move.
   const JointBody& load(std::uint32_t row) {
-    if (solved(row)) absorb(row);
+    if (touched_[row]) absorb(row);
     return bodies_[row];
   }
   const JointVelocity& before_kick(std::uint32_t row) const { return before_[row]; }
@@ -77,7 +77,7 @@ class JointBodies {
     if (!solved(row)) return;
     bodies_[row].linear = linear;
     bodies_[row].angular = angular;
-    publish(row);
+    if (touched_[row]) publish(row);
   }
 
  private:
@@ -104,6 +104,7 @@ class JointBodies {
   std::vector<JointBody> bodies_;
   std::vector<JointVelocity> before_;  // the latest kick
   std::vector<Move> moves_;
+  std::vector<std::uint8_t> touched_;   // float rows change between joints
   std::vector<VelocityRow> published_;  // as written to velocity_ last
   VelocityRow* velocity_ = nullptr;
   DeltaRow* delta_ = nullptr;

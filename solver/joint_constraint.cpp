@@ -29,7 +29,7 @@ double speed(const JointRow& row, const Side& a, const Side& b) {
   return dot(row.linear, b.linear - a.linear) +
          (dot(row.angular_b, b.angular) - dot(row.angular_a, a.angular));
 }
-void apply(const JointRow& row, double impulse, Side& a, Side& b) {
+[[gnu::always_inline]] inline void apply(const JointRow& row, double impulse, Side& a, Side& b) {
   const V3d push = row.linear * impulse;
   a.linear = a.linear - scaled(a.inv_mass, push);
   b.linear = b.linear + scaled(b.inv_mass, push);
@@ -148,11 +148,32 @@ void set_spring(double frequency, double damping_ratio, double distance, double 
   law.push = p * omega * u * pass.kick * distance - ((half ? root : kept) - p) * rate_before;
 }
 
-void set_motor(const JointMotor& motor, bool angular, const JointPass& pass,
-               const JointAxisState& axis, JointLawState& law) {
+// An angle with limits is the one nearest to their middle.
+double value_at_limits(const core::DrivenAxis& desc, double value) {
+  const JointLimits& limits = desc.limits;
+  if (!is_angular(desc.coordinate)) return value;
+  const double middle = limits.lower && limits.upper ? 0.5 * (*limits.lower + *limits.upper) : 0.0;
+  return within_turn(value, middle);
+}
+
+// Whether a hard limit is reached and the motor pushes towards it: neither moves anything then.
+bool stands_at_limit(const core::DrivenAxis& desc, double value) {
+  const JointLimits& limits = desc.limits;
+  const double target = desc.drive.motor.target;
+  if (limits.frequency > 0 || (!limits.lower && !limits.upper)) return false;
+  const double at = value_at_limits(desc, value);
+  return (limits.upper && at >= *limits.upper && target > 0) ||
+         (limits.lower && at <= *limits.lower && target < 0);
+}
+
+void set_motor(const core::DrivenAxis& desc, const JointPass& pass, const JointAxisState& axis,
+               JointLawState& law) {
+  const JointMotor& motor = desc.drive.motor;
+  const bool angular = is_angular(desc.coordinate);
   law.hi = motor.max_force * (pass.h * pass.kick);
   law.lo = -law.hi;
   if (motor.mode == JointMotorMode::velocity) {
+    if (stands_at_limit(desc, axis.value)) law.lo = law.hi = 0;
     law.keep = law.mass_scale = 1;
     law.push = -motor.target;
   } else {
@@ -193,7 +214,7 @@ void set_drives(const core::DrivenAxis& desc, const JointPass& pass, JointAxisSt
     law.hi = kInfinity;
   }
   if (auto& law = axis.law[core::kMotor]; law.active) {
-    set_motor(desc.drive.motor, angular, pass, axis, law);
+    set_motor(desc, pass, axis, law);
   }
   if (auto& law = axis.law[core::kFriction]; law.active) {
     law.hi = desc.drive.friction * (pass.h * pass.kick);
@@ -204,12 +225,7 @@ void set_drives(const core::DrivenAxis& desc, const JointPass& pass, JointAxisSt
 void set_limits(const core::DrivenAxis& desc, const JointPass& pass, JointAxisState& axis) {
   const JointLimits& limits = desc.limits;
   if (!limits.lower && !limits.upper) return;
-  double value = axis.value;
-  if (is_angular(desc.coordinate)) {
-    const double middle =
-        limits.lower && limits.upper ? 0.5 * (*limits.lower + *limits.upper) : 0.0;
-    value = within_turn(value, middle);
-  }
+  const double value = value_at_limits(desc, axis.value);
   if (auto& law = axis.law[core::kLower]; law.active) {
     law.hi = kInfinity;
     set_limit(limits, value - *limits.lower, value <= *limits.lower, axis, pass, law);
@@ -245,6 +261,21 @@ void solve_law(const JointRow& row, double mass, JointLawState& law, Side& a, Si
   law.impulse = now;
   apply(row, change, a, b);
   book(c, row, change);
+}
+
+// A motor without bound and a limit that push against each other would do so ever harder: what they
+// only do to each other is taken back. The sum, which moves the bodies, stays.
+void part_opponents(JointAxisState& axis) {
+  JointLawState& motor = axis.law[core::kMotor];
+  if (!motor.active || motor.keep < 1) return;
+  for (const core::JointLaw limit : {core::kLower, core::kUpper}) {
+    double& against = axis.law[limit].impulse;
+    if (motor.impulse * against >= 0) continue;
+    const double sum = motor.impulse + against;
+    const bool motor_wins = std::abs(motor.impulse) > std::abs(against);
+    motor.impulse = motor_wins ? sum : 0;
+    against = motor_wins ? 0 : sum;
+  }
 }
 
 void solve_locks(const JointPass& pass, std::span<const JointRow> locks, Side& a, Side& b,
@@ -355,6 +386,7 @@ void solve(const JointPass& pass, const JointArrays& arrays, JointConstraint& c)
     for (JointLawState& law : axis.law) {
       if (law.active) solve_law(axis.row, axis.mass, law, a, b, c);
     }
+    part_opponents(axis);
   }
   if (!c.in_tree) solve_locks(pass, locks_of(arrays, c), a, b, c);
   arrays.bodies.store(c.row_a, a.linear, a.angular);

@@ -61,8 +61,10 @@ std::uint32_t JointBatch::root_of(std::uint32_t row) {
 void JointBatch::find_clusters(std::uint32_t dynamic_end) {
   grow(parent_, dynamic_end);
   grow(looped_, dynamic_end);
+  grow(size_, dynamic_end);
   for (std::uint32_t row = 0; row < dynamic_end; ++row) parent_[row] = row;
   std::fill_n(looped_.begin(), dynamic_end, std::uint8_t{0});
+  std::fill_n(size_.begin(), dynamic_end, ClusterSize{0, 0});
   closing_.clear();
   const auto can_move = [&](std::uint32_t row) { return row - 1 < dynamic_end - 1; };
   // Those with locks first: only they can close a loop.
@@ -73,13 +75,19 @@ void JointBatch::find_clusters(std::uint32_t dynamic_end) {
       if (a != b) {
         parent_[std::max(a, b)] = std::min(a, b);
       } else if (locking) {
-        closing_.push_back(a);
+        closing_.push_back({a, ref.lock_count});
       }
     }
   }
-  for (const std::uint32_t row : closing_) looped_[root_of(row)] = 1;
   for (JointRef& ref : refs_) {
     ref.cluster = root_of(can_move(ref.row_a) ? ref.row_a : ref.row_b);
+    ++size_[ref.cluster].joints;
+  }
+  for (const Closing& closing : closing_) size_[root_of(closing.row)].closing_rows += closing.locks;
+  for (const Closing& closing : closing_) {
+    const std::uint32_t root = root_of(closing.row);
+    const auto [joints, rows] = size_[root];
+    looped_[root] = rows > kMostClosingRows || rows * joints > kMostClosingWork;
   }
 }
 
@@ -90,7 +98,7 @@ void JointBatch::own_bodies(std::uint32_t first_body) {
     // Without contacts an island is one cluster.
     const std::uint32_t row = island.first_body - first_body + 1;
     const bool smooth = island.contact_count == 0 && !looped_[root_of(row)];
-    bodies.own(row, island.body_count, smooth);
+    bodies.own(row, island.body_count, smooth, island.contact_count > 0);
   }
 }
 
@@ -115,8 +123,8 @@ void JointBatch::add_trees() {
   };
   for (std::uint32_t first = 0, end = 0; first < count; first = end) {
     while (end < count && refs_[end].cluster == refs_[first].cluster) ++end;
-    trees_.add({refs_.data() + first, end - first}, first);
-    tree_list_.push_back({first, end, bodies.smooth(refs_[first].cluster)});
+    tree_list_.push_back(trees_.add({refs_.data() + first, end - first}, first));
+    tree_list_.back().smooth = bodies.smooth(refs_[first].cluster);
     if (end - tree_list_[first_tree].first >= grain_) close_chunk();
   }
   close_chunk();
@@ -271,7 +279,7 @@ void JointBatch::for_constraints(const Chunk& chunk, void (JointBatch::*visit)(s
   for (std::uint32_t i = first; i < end; ++i) (this->*visit)(i);
 }
 
-void JointBatch::run_tree(JointOp op, std::uint32_t substep, const Tree& tree) {
+void JointBatch::run_tree(JointOp op, std::uint32_t substep, const JointTree& tree) {
   if (op == JointOp::close && !tree.smooth) return;
   const std::span<JointConstraint> all(constraints_);
   const JointArrays shared = arrays();
@@ -296,15 +304,15 @@ void JointBatch::run_tree(JointOp op, std::uint32_t substep, const Tree& tree) {
     if (op != JointOp::warm_start) solve(pass, shared, c);
   }
   if (op == JointOp::warm_start || op == JointOp::relax) {
-    trees_.factorise(shared, all, tree.first, tree.end);
+    trees_.factorise(shared, all, tree);
   }
-  if (op != JointOp::warm_start) trees_.solve(pass, shared, all, tree.first, tree.end);
+  if (op != JointOp::warm_start) trees_.solve(pass, shared, all, tree);
   if (op != JointOp::solve || !tree.smooth) return;
   // Once more with the gaps that turning arms leave (a second step of Newton's method).
   for (std::uint32_t i = tree.first; i < tree.end; ++i) {
     look_ahead(step_->joints->rows[all[i].joint], pass, bodies, all[i]);
   }
-  trees_.correct(pass, shared, all, tree.first, tree.end);
+  trees_.correct(pass, shared, all, tree);
 }
 
 void JointBatch::run_loop(JointOp op, JointConstraint& c) {

@@ -1,10 +1,10 @@
 // Joints of one island group over the substeps of a step.
 //
-//   Kinds    Clusters of joints whose locks form trees are solved at once and exactly
-//            (solver/joint_tree.h). Clusters with loops are solved joint by joint as soft constraints
-//            with a relax pass (Catto, "Soft Constraints", GDC 2011; "Solver2D", 2024), coloured so
-//            that those of a colour share no body that can move. Axes (limits, motors, springs,
-//            friction) are solved joint by joint in both.
+//   Kinds    Clusters of joints whose locks form trees, or trees and a few loops, are solved at once
+//            and exactly (solver/joint_tree.h). Those with many loops are solved joint by joint as
+//            soft constraints with a relax pass (Catto, "Soft Constraints", GDC 2011; "Solver2D",
+//            2024), coloured so that those of a colour share no body that can move. Axes (limits,
+//            motors, springs, friction) are solved joint by joint in both.
 //   Numbers  All in double, at the poses of each substep (solver/joint_bodies.h).
 //   Order    Chunks: trees first, then colour by colour; within a chunk front to back. What a joint
 //            meets depends on its own island alone.
@@ -57,10 +57,6 @@ class JointBatch {
     std::uint32_t first, end;  // trees or constraints
     bool trees;
   };
-  struct Tree {
-    std::uint32_t first, end;  // constraints
-    bool smooth;
-  };
   void set_passes();
   void find_clusters(std::uint32_t dynamic_end);
   std::uint32_t root_of(std::uint32_t row);
@@ -73,7 +69,7 @@ class JointBatch {
   void for_constraints(const Chunk& chunk, void (JointBatch::*visit)(std::uint32_t));
   void prepare(std::uint32_t constraint);
   void store(std::uint32_t constraint);
-  void run_tree(JointOp op, std::uint32_t substep, const Tree& tree);
+  void run_tree(JointOp op, std::uint32_t substep, const JointTree& tree);
   void run_loop(JointOp op, JointConstraint& c);
 
   const core::StepContext* step_ = nullptr;
@@ -81,10 +77,17 @@ class JointBatch {
   std::uint32_t grain_ = 1, substeps_ = 1, first_island_ = 0, island_count_ = 0;
   std::vector<JointRef> refs_;  // trees first
   std::vector<JointRef> loops_;
-  std::vector<std::uint32_t> parent_;   // [rows] union-find
-  std::vector<std::uint8_t> looped_;    // [rows] of cluster roots
-  std::vector<std::uint32_t> closing_;  // rows at which a loop was closed
-  std::vector<Tree> tree_list_;
+  std::vector<std::uint32_t> parent_;  // [rows] union-find
+  std::vector<std::uint8_t> looped_;   // [rows] of cluster roots
+  struct Closing {
+    std::uint32_t row, locks;  // at which a joint closed a loop, and with how many locks
+  };
+  std::vector<Closing> closing_;
+  struct ClusterSize {
+    std::uint32_t joints, closing_rows;
+  };
+  std::vector<ClusterSize> size_;  // [rows] of cluster roots
+  std::vector<JointTree> tree_list_;
   std::vector<std::uint32_t> row_a_, row_b_;  // of loops_
   Colouring colouring_;
   std::vector<std::uint32_t> colour_end_;

@@ -1,17 +1,23 @@
-// What the broadphase costs per body and step, all its stages on one thread, by kind.
+// What the broadphase costs per body and step, all its stages on one thread unless said otherwise, by kind.
 //
 //   resting   2D pyramids of unit boxes, 20 wide, on one ground box; nothing moves, all are awake
 //   falling   a 1.2 m grid of unit boxes at -5 m/s: most pairs persist, every box moves
 //   mixing    the same grid, every box with its own velocity of up to 5 m/s: pairs come and go
+//   shared    the pair search of mixing, shared out to workers as in a step: wall time, and what the
+//             slowest step took (`max_us`; a rebuild of the tree would show)
 //   sleepers  resting, asleep, with 100 falling boxes among them: what bystanders cost (per body
 //             that falls)
 //
 //   skerry_bench_micro --benchmark_filter=broadphase
+#include <algorithm>
 #include <ctime>
 #include <memory>
 #include <random>
+#include <string>
+#include <vector>
 
 #include <benchmark/benchmark.h>
+#include <skerry/jobs/executor.h>
 
 #include "collision/broadphase.h"
 
@@ -23,7 +29,11 @@ using collision::Broadphase;
 class OneWorker final : public core::Task {
  public:
   std::uint32_t worker() const override { return 0; }
-  void run_phases(jobs::PhaseProgram&) override {}
+  void run_phases(jobs::PhaseProgram& program) override {
+    for (std::uint32_t phase = 0; phase < program.phase_count(); ++phase)
+      for (std::uint32_t block = 0; block < program.block_count(phase); ++block)
+        program.run_block(phase, block, 0);
+  }
 };
 
 struct BenchWorld {
@@ -57,7 +67,7 @@ struct BenchWorld {
     core::refresh_awake(bodies);
   }
 
-  void step() {
+  core::StepContext context_of_step() {
     core::StepContext context;
     context.dt = 1.0 / 60;
     context.bodies = &bodies;
@@ -65,6 +75,11 @@ struct BenchWorld {
     context.contacts = &contacts;
     context.joints = &joints;
     context.broadphase = broadphase.get();
+    return context;
+  }
+
+  void step() {
+    const core::StepContext context = context_of_step();
     collision::update_bounds(context, {0, static_cast<std::uint32_t>(bodies.awake.size())}, task);
     collision::refit_broadphase(context, {0, 1}, task);
     collision::query_pairs(context, {0, broadphase->moved_count()}, task);
@@ -147,14 +162,76 @@ void broadphase_falling(benchmark::State& state) {
   run(state, world, world.bodies.rows());
 }
 
-void broadphase_mixing(benchmark::State& state) {
-  BenchWorld world(kind_of(state));
-  build_grid(world, static_cast<int>(state.range(0)));
+void give_speeds(BenchWorld& world) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> speed(-5, 5);
   for (core::BodyMotion& motion : world.bodies.motion)
     motion.linear = {speed(random), speed(random), speed(random)};
+}
+
+void broadphase_mixing(benchmark::State& state) {
+  BenchWorld world(kind_of(state));
+  build_grid(world, static_cast<int>(state.range(0)));
+  give_speeds(world);
   run(state, world, world.bodies.rows());
+}
+
+template <void (*kernel)(const core::StepContext&, core::IndexRange, core::Task&)>
+void of_step(void* context, core::IndexRange items, core::Task& task) {
+  kernel(*static_cast<const core::StepContext*>(context), items, task);
+}
+
+// Each stage waits for the one before.
+jobs::TaskGraph pair_search() {
+  const auto awake = [](void* context) {
+    const core::Bodies& bodies = *static_cast<const core::StepContext*>(context)->bodies;
+    return static_cast<std::uint32_t>(bodies.awake.size());
+  };
+  const auto moved = [](void* context) {
+    return static_cast<const core::StepContext*>(context)->broadphase->moved_count();
+  };
+  jobs::TaskGraph graph;
+  graph.stage({"update_bounds", 1, of_step<collision::update_bounds>, awake, 512, 0, 1});
+  graph.stage({"refit", jobs::kOnce, of_step<collision::refit_broadphase>, nullptr, 1, 0, 1});
+  graph.stage({"query", 2, of_step<collision::query_pairs>, moved, 128, 0, 1});
+  graph.stage({"merge", jobs::kOnce, of_step<collision::merge_pairs>, nullptr, 1, 0, 1});
+  return graph;
+}
+
+void broadphase_shared(benchmark::State& state) {
+  BenchWorld world(BroadphaseKind::tree);
+  build_grid(world, static_cast<int>(state.range(0)));
+  give_speeds(world);
+  world.add_all();
+  const auto workers = static_cast<int>(state.range(1));
+  const auto executor = jobs::make_executor(
+      workers == 1 ? jobs::ExecutorKind::serial : jobs::ExecutorKind::job_system,
+      {.workers = workers});
+  core::StepContext context = world.context_of_step();
+  context.worker_count = executor->worker_count();
+  const jobs::TaskGraph graph = pair_search();
+  jobs::RunReport report;
+  std::vector<double> stage_us(graph.stages().size());
+  double steps = 0, slowest = 0;
+  const auto step = [&] {
+    world.fly();
+    executor->run(graph, &context, {.report = &report});
+    return 1e-3 * static_cast<double>(report.end_ns - report.begin_ns);
+  };
+  for (int i = 0; i < 8; ++i) step();
+  for (auto _ : state) {
+    const double us = step();
+    state.SetIterationTime(1e-6 * us);
+    slowest = std::max(slowest, us);
+    ++steps;
+    for (std::size_t i = 0; i < stage_us.size(); ++i)
+      stage_us[i] +=
+          1e-3 * static_cast<double>(report.stages[i].end_ns - report.stages[i].begin_ns);
+  }
+  for (std::size_t i = 0; i < stage_us.size(); ++i)
+    state.counters[std::string(graph.stages()[i].name) + "_us"] = stage_us[i] / steps;
+  state.counters["max_us"] = slowest;
+  state.counters["pairs"] = static_cast<double>(world.contacts.pairs.size());
 }
 
 void broadphase_sleepers(benchmark::State& state) {
@@ -180,5 +257,11 @@ SKERRY_BROADPHASE_BENCH(broadphase_resting);
 SKERRY_BROADPHASE_BENCH(broadphase_falling);
 SKERRY_BROADPHASE_BENCH(broadphase_mixing);
 SKERRY_BROADPHASE_BENCH(broadphase_sleepers);
+BENCHMARK(broadphase_shared)
+    ->ArgNames({"bodies", "workers"})
+    ->ArgsProduct({{100000}, {1, 2}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(120);
 
 }  // namespace

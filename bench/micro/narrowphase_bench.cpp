@@ -65,7 +65,18 @@ MeshData hills() {
 }
 double hill_height(double x, double z) { return 0.3 * std::sin(0.4 * x) * std::cos(0.3 * z); }
 
-enum class Kind { sphere_sphere, sphere_box, box_box, hull_hull, box_hull, sphere_mesh, box_mesh };
+enum class Kind {
+  sphere_sphere,
+  sphere_box,
+  box_box,
+  hull_hull,
+  box_hull,
+  sphere_mesh,
+  capsule_mesh,
+  box_mesh,
+  cylinder_mesh,
+  hull_mesh
+};
 
 struct PairWorld {
   core::Bodies bodies;
@@ -131,7 +142,10 @@ core::ShapeType first_type(Kind kind) {
     case Kind::hull_hull:
       return core::ShapeType::hull;
     case Kind::sphere_mesh:
+    case Kind::capsule_mesh:
     case Kind::box_mesh:
+    case Kind::cylinder_mesh:
+    case Kind::hull_mesh:
       return core::ShapeType::mesh;
     default:
       return core::ShapeType::sphere;
@@ -146,6 +160,10 @@ core::ShapeType second_type(Kind kind) {
     case Kind::box_box:
     case Kind::box_mesh:
       return core::ShapeType::box;
+    case Kind::capsule_mesh:
+      return core::ShapeType::capsule;
+    case Kind::cylinder_mesh:
+      return core::ShapeType::cylinder;
     default:
       return core::ShapeType::hull;
   }
@@ -155,10 +173,17 @@ core::ShapeType second_type(Kind kind) {
 double touching_height(Kind kind) {
   constexpr double kHullInner = 0.3973;  // of an icosahedron of circumradius 0.5
   switch (kind) {
+    case Kind::hull_mesh:
+      return kHullInner;
     case Kind::hull_hull:
       return 2 * kHullInner;
     case Kind::box_hull:
       return 0.5 + kHullInner;
+    case Kind::sphere_mesh:
+    case Kind::capsule_mesh:
+    case Kind::box_mesh:
+    case Kind::cylinder_mesh:
+      return 0.5;
     default:
       return 1;
   }
@@ -167,6 +192,12 @@ double touching_height(Kind kind) {
 // The turn that lays a face of the hull level.
 Quat level(const core::HullGeometry& hull, const Vec3& up) {
   return Quat::FromTwoVectors(core::to_double(hull.faces[0].normal), up);
+}
+// How b lies on the hills: hulls on a face, capsules (radius and half length 0.5) on their side.
+Quat lying(const PairWorld& world, core::ShapeType type) {
+  if (type == core::ShapeType::hull) return level(*world.hull, -Vec3::UnitY());
+  if (type == core::ShapeType::capsule) return Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitX());
+  return Quat::Identity();
 }
 
 void build(PairWorld& world, Kind kind, int count) {
@@ -179,7 +210,9 @@ void build(PairWorld& world, Kind kind, int count) {
     const Quat yaw(Eigen::AngleAxisd(world.uniform(3), Vec3::UnitY()));
     if (on_mesh) {
       const double x = 28 + world.uniform(26), z = 28 + world.uniform(26);
-      const core::BodyIndex b = world.add(second_type(kind), {x, hill_height(x, z) + 0.49, z}, yaw);
+      const double height = hill_height(x, z) + touching_height(kind) - 0.01;
+      const core::BodyIndex b =
+          world.add(second_type(kind), {x, height, z}, Quat(yaw * lying(world, second_type(kind))));
       world.add_pair(0, b, core::kMeshManifolds);
       continue;
     }
@@ -260,6 +293,10 @@ FclGeometry fcl_geometry(const core::Collider& collider) {
   switch (collider.type) {
     case core::ShapeType::sphere:
       return std::make_shared<fcl::Sphered>(0.5);
+    case core::ShapeType::capsule:
+      return std::make_shared<fcl::Capsuled>(0.5, 1);
+    case core::ShapeType::cylinder:
+      return std::make_shared<fcl::Cylinderd>(0.5, 1);
     case core::ShapeType::box:
       return std::make_shared<fcl::Boxd>(1, 1, 1);
     case core::ShapeType::hull:
@@ -269,9 +306,12 @@ FclGeometry fcl_geometry(const core::Collider& collider) {
   }
 }
 
-fcl::Transform3d fcl_pose(const core::BodyPose& pose) {
+// FCL's capsules and cylinders lie along z.
+fcl::Transform3d fcl_pose(const core::BodyPose& pose, core::ShapeType type) {
   fcl::Transform3d transform = fcl::Transform3d::Identity();
   transform.linear() = pose.orientation.toRotationMatrix();
+  if (type == core::ShapeType::capsule || type == core::ShapeType::cylinder)
+    transform.linear() *= Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY()).toRotationMatrix();
   transform.translation() = pose.center;
   return transform;
 }
@@ -282,6 +322,9 @@ void run_fcl(benchmark::State& state, Kind kind, int count) {
   const core::ContactPair& first = world.contacts.pairs[0];
   const FclGeometry a = fcl_geometry(world.colliders.rows[first.a]);
   const FclGeometry b = fcl_geometry(world.colliders.rows[first.b]);
+  const auto pose = [&](core::BodyIndex body, core::ColliderIndex collider) {
+    return fcl_pose(world.bodies.pose[body], world.colliders.rows[collider].type);
+  };
   double best = 1e9, points = 0;
   for (auto _ : state) {
     points = 0;
@@ -289,9 +332,8 @@ void run_fcl(benchmark::State& state, Kind kind, int count) {
     for (const core::ContactPair& pair : world.contacts.pairs) {
       const fcl::CollisionRequestd request(64, true);
       fcl::CollisionResultd result;
-      points += static_cast<double>(fcl::collide(a.get(), fcl_pose(world.bodies.pose[pair.body_a]),
-                                                 b.get(), fcl_pose(world.bodies.pose[pair.body_b]),
-                                                 request, result));
+      points += static_cast<double>(fcl::collide(a.get(), pose(pair.body_a, pair.a), b.get(),
+                                                 pose(pair.body_b, pair.b), request, result));
     }
     const double took = thread_seconds() - begin;
     state.SetIterationTime(took);
@@ -320,6 +362,9 @@ SKERRY_NARROWPHASE_ROWS(box_box, kPairs);
 SKERRY_NARROWPHASE_ROWS(box_hull, kPairs);
 SKERRY_NARROWPHASE_ROWS(hull_hull, kPairs);
 SKERRY_NARROWPHASE_ROWS(sphere_mesh, kOnMesh);
+SKERRY_NARROWPHASE_ROWS(capsule_mesh, kOnMesh);
 SKERRY_NARROWPHASE_ROWS(box_mesh, kOnMesh);
+SKERRY_NARROWPHASE_ROWS(cylinder_mesh, kOnMesh);
+SKERRY_NARROWPHASE_ROWS(hull_mesh, kOnMesh);
 
 }  // namespace

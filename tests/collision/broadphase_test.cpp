@@ -27,7 +27,11 @@ class StubTask final : public Task {
  public:
   explicit StubTask(std::uint32_t worker = 0) : worker_(worker) {}
   std::uint32_t worker() const override { return worker_; }
-  void run_phases(jobs::PhaseProgram&) override {}
+  void run_phases(jobs::PhaseProgram& program) override {
+    for (std::uint32_t phase = 0; phase < program.phase_count(); ++phase)
+      for (std::uint32_t block = 0; block < program.block_count(phase); ++block)
+        program.run_block(phase, block, worker_);
+  }
 
  private:
   std::uint32_t worker_;

@@ -42,6 +42,19 @@ double size(const ShapeGeometry& shape) {
   return least;
 }
 
+// The diagonal of its bounds.
+double width(const ShapeGeometry& shape) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < 3; ++i)
+    for (const double sign : {-1.0, 1.0})
+      sum[i] += std::abs(support(shape, {}, sign * Vec3::Unit(i))[i]);
+  return sum.norm();
+}
+
+bool is_polytope(const ShapeGeometry& shape) {
+  return std::holds_alternative<Box>(shape) || std::holds_alternative<ConvexHull>(shape);
+}
+
 using Names = std::pair<const char*, const char*>;
 
 class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
@@ -60,71 +73,89 @@ class NarrowphaseConvexPair : public testing::TestWithParam<Names> {
     scene_.contact().manifold_count = 0;
     scene_.collide();
   }
-  // `shapes` random pairs of shapes, in `poses` each; at most so many may miss the best depth by more
-  // than the tolerance.
-  void expect_best_depths(std::uint64_t seed, int shapes, int poses, int most_misses);
-
-  ShapeGeometry a_ = Sphere{}, b_ = Sphere{};
-  Pose pose_a_, pose_b_;
-  PairScene scene_;
-};
-
-void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, int poses,
-                                               int most_misses) {
-  Random random(seed);
-  int misses = 0;
-  double worst = 0;  // too deep by, as a part of the depth
-  int contacts = 0, overlaps = 0;
-  for (int shape = 0; shape < shapes; ++shape) {
+  void draw_shapes(Random& random) {
     a_ = random_shape(GetParam().first, random);
     b_ = random_shape(GetParam().second, random);
     scene_ = PairScene();
     scene_.add(a_, {});
     scene_.add(b_, {});
     scene_.pair(0, 1);
-    const double least = std::min(size(a_), size(b_));
+  }
+  // By how much, in m, the contact misses the best depth or its own normal's, if that is more than
+  // the tolerance; else 0.
+  double missed_by(const Sweep& best);
+  // `shapes` random pairs of shapes, in `poses` each.
+  void expect_best_depths(std::uint64_t seed, int shapes, int poses);
+
+  ShapeGeometry a_ = Sphere{}, b_ = Sphere{};
+  Pose pose_a_, pose_b_;
+  PairScene scene_;
+};
+
+double NarrowphaseConvexPair::missed_by(const Sweep& best) {
+  // The sweep itself stops a little short of sharp maxima.
+  if (scene_.contact().manifold_count == 0) return best.separation > -2e-4 ? 0 : -best.separation;
+  const Vec3 normal = core::to_double(scene_.manifold().normal);
+  EXPECT_NEAR(normal.norm(), 1, 1e-5);
+  // Faces are preferred to edges that are better by no more than about this.
+  const double tolerance =
+      0.01 * std::abs(best.separation) + 2e-3 * std::min(size(a_), size(b_)) + 1e-5;
+  // Where corners of polytopes come near each other, the best axis of faces and edges falls short of
+  // their distance.
+  const bool corners = best.separation > 0 && is_polytope(a_) && is_polytope(b_);
+  const double short_by = corners ? std::max(tolerance, 0.25 * best.separation) : tolerance;
+  const double along = gap_along(a_, pose_a_, b_, pose_b_, normal);
+  const double deepest = double(scene_.deepest());
+  if (!(best.separation - along < short_by)) return best.separation - along;
+  if (!(along - deepest < tolerance)) return along - deepest;
+  // Only where the shapes overlap clearly must a point tell of the depth. Of all that are as deep, up to a
+  // thousandth of the patch's width, the four points that span it best are chosen.
+  const double choice = 1e-3 * std::min(width(a_), width(b_));
+  const bool overlap = best.separation < -2 * tolerance;
+  return overlap && deepest >= along + tolerance + choice ? deepest - along : 0;
+}
+
+void NarrowphaseConvexPair::expect_best_depths(std::uint64_t seed, int shapes, int poses) {
+  Random random(seed);
+  int contacts = 0, overlaps = 0, misses = 0;
+  double worst = 0;
+  std::string told;
+  for (int shape = 0; shape < shapes; ++shape) {
+    draw_shapes(random);
     for (int i = 0; i < poses; ++i) {
-      SCOPED_TRACE("shapes " + std::to_string(shape) + " pose " + std::to_string(i));
       place(random, i);
       collide();
-      const Sweep best = sweep(a_, pose_a_, b_, pose_b_);
+      Sweep best = sweep(a_, pose_a_, b_, pose_b_);
       overlaps += best.separation < 0;
-      // The sweep itself stops a little short of sharp maxima.
-      if (scene_.contact().manifold_count == 0) {
-        ASSERT_GT(best.separation, -2e-4) << "no contact";
-        continue;
-      }
-      ++contacts;
-      const Vec3 normal = core::to_double(scene_.manifold().normal);
-      const double tolerance = 0.01 * std::abs(best.separation) + 1.5e-3 * least + 1e-5;
-      ASSERT_NEAR(normal.norm(), 1, 1e-5);
-      const double along = gap_along(a_, pose_a_, b_, pose_b_, normal);
-      const double deepest = double(scene_.deepest());
-      const bool overlap = best.separation < -2 * tolerance;
-      const auto fits = [&](double most) {
-        return along > best.separation - most && deepest > along - most &&
-               (!overlap || deepest < along + 2 * most + 1e-5);
-      };
-      misses += !fits(tolerance);
-      if (overlap) worst = std::max(worst, (best.separation - along) / -best.separation);
+      contacts += scene_.contact().manifold_count != 0;
+      if (missed_by(best) > 0) best = sweep(a_, pose_a_, b_, pose_b_, 100);
+      const double missed = missed_by(best);
+      if (missed <= 0) continue;
+      ++misses;
+      worst = std::max(worst, missed);
+      if (misses <= 50)
+        told += "shapes " + std::to_string(shape) + " pose " + std::to_string(i) + ": best " +
+                std::to_string(1e3 * best.separation) + " mm, missed by " +
+                std::to_string(1e3 * missed) + " mm\n";
     }
   }
   EXPECT_GT(contacts, overlaps * 0.95);
   EXPECT_GT(overlaps, shapes * poses / 10);
-  EXPECT_LE(misses, most_misses);
-  EXPECT_LT(worst, 0.2);
+  EXPECT_EQ(misses, 0) << told;
+  RecordProperty("pairs", shapes * poses);
   RecordProperty("misses", misses);
-  RecordProperty("worst_percent", std::to_string(100 * worst));
+  RecordProperty("worst_mm", std::to_string(1e3 * worst));
 }
 
 TEST_P(NarrowphaseConvexPair, depth_and_normal_are_the_best_of_all_directions) {
-  expect_best_depths(7, rounds(20), 100, 0);
+  expect_best_depths(7, rounds(20), 100);
 }
-// A hundred thousand pairs per kernel with SKERRY_TEST_ORACLE_SHAPES=1000: minutes each.
+// A hundred pairs per drawing of shapes: SKERRY_TEST_ORACLE_SHAPES=1000 asks for a hundred thousand
+// of every kind, which takes minutes each.
 TEST_P(NarrowphaseConvexPair, depth_and_normal_of_many_more_pairs_stress) {
   const char* given = std::getenv("SKERRY_TEST_ORACLE_SHAPES");
   const int shapes = given ? std::atoi(given) : 10;
-  expect_best_depths(77, shapes, 100, 1 + shapes / 10);
+  expect_best_depths(77, shapes, 100);
 }
 
 TEST_P(NarrowphaseConvexPair, swapping_the_two_mirrors_the_contact) {

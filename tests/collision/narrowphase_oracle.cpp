@@ -1,7 +1,6 @@
 #include "tests/collision/narrowphase_oracle.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -126,13 +125,11 @@ double gap_along(const ShapeGeometry& a, const Pose& pose_a, const ShapeGeometry
   return direction.dot(support(b, pose_b, -direction) - support(a, pose_a, direction));
 }
 
-Sweep sweep(const ShapeGeometry& a, const Pose& pose_a, const ShapeGeometry& b,
-            const Pose& pose_b) {
+Sweep sweep(const ShapeGeometry& a, const Pose& pose_a, const ShapeGeometry& b, const Pose& pose_b,
+            std::size_t count) {
   const Gap gap{a, pose_a, b, pose_b};
   if (std::holds_alternative<Box>(a) && std::holds_alternative<Box>(b)) return box_axes(gap);
-  constexpr std::size_t kStarts = 6;
-  std::array<Sweep, kStarts> starts;
-  starts.fill({-1e300, Vec3::UnitY()});
+  std::vector<Sweep> starts(count, {-1e300, Vec3::UnitY()});
   for (const Vec3& n : sphere_directions()) {
     const double s = gap(n);
     if (s <= starts.back().separation) continue;

@@ -15,6 +15,7 @@ namespace {
 
 using collision::TriangleAxes;
 using collision::TriangleBatch;
+using collision::TriangleClips;
 using collision::TriangleTouches;
 using core::V3f;
 
@@ -89,9 +90,47 @@ class Polytope {
   collision::BoxLanes rows_;
 };
 
+constexpr collision::ClipQuery kClipQuery{{0.1f, -0.2f, 0.3f}, {1, 2, -1}, 0.016f, 0.05f};
+
+// The face that the first of some triangles takes, and those that take the same.
+struct FaceToClip {
+  collision::ClipFace clip;
+  unsigned lanes = 0;
+
+  FaceToClip(const Polytope& polytope, unsigned near, const TriangleAxes& axes) {
+    if (near == 0) return;
+    const float facing = axes.facing[std::countr_zero(near)];
+    for (int lane = 0; lane < TriangleBatch::kSize; ++lane)
+      if ((near >> lane & 1) && axes.facing[lane] == facing) lanes |= 1u << lane;
+    const auto face = static_cast<std::uint32_t>(facing);
+    collision::clip_face(polytope.placed, face, polytope.search.face_normals[face], clip);
+  }
+  int candidates() const { return TriangleClips::kCorners + static_cast<int>(clip.count); }
+};
+
+int count_points(const TriangleClips& clips, const FaceToClip& face) {
+  int count = 0;
+  for (int i = 0; face.lanes != 0 && i < face.candidates(); ++i)
+    count += std::popcount(clips.valid[i]);
+  return count;
+}
+
+bool same_clips(const TriangleClips& a, const TriangleClips& b, const FaceToClip& face) {
+  if (face.lanes == 0) return true;
+  if (!same_lanes(a.normal, b.normal, face.lanes)) return false;
+  for (int i = 0; i < face.candidates(); ++i) {
+    const auto &of_a = a.candidates[i], &of_b = b.candidates[i];
+    if (a.valid[i] != b.valid[i] || !same_lanes(of_a.position, of_b.position, a.valid[i]) ||
+        !same_lanes(of_a.separation, of_b.separation, a.valid[i]) ||
+        !same_lanes(of_a.side, of_b.side, a.valid[i]))
+      return false;
+  }
+  return true;
+}
+
 TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
   Random random(21);
-  int near_polytopes = 0, near_spheres = 0;
+  int near_polytopes = 0, near_spheres = 0, points = 0;
   for (int i = 0; i < 2000; ++i) {
     TriangleBatch local;
     const int count = random_triangles(random, local);
@@ -101,10 +140,15 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
     TriangleBatch batch = local;
     TriangleAxes axes;
     TriangleTouches touches;
+    TriangleClips clips;
     const unsigned all = (1u << count) - 1;
     const unsigned front = place_triangles_reference(frame, center, count, batch);
     const unsigned near = search_triangles_reference(polytope.search, count, batch, axes);
     const unsigned touched = touch_triangles_reference(center, 0.4f, count, batch, touches);
+    ASSERT_EQ(axes.by_edges & ~near, 0u);
+    const FaceToClip face(polytope, near & ~axes.by_edges, axes);
+    clip_triangles_reference(face.clip, kClipQuery, face.lanes, batch, axes, clips);
+    points += count_points(clips, face);
     near_polytopes += std::popcount(near);
     near_spheres += std::popcount(touched);
     for (const char* target : kTargets) {
@@ -113,6 +157,7 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
       TriangleBatch wide = local;
       TriangleAxes wide_axes;
       TriangleTouches wide_touches;
+      TriangleClips wide_clips;
       ASSERT_EQ(kernels.place(frame, center, count, wide), front) << target;
       ASSERT_TRUE(same_lanes(batch.rows, wide.rows, all)) << target;
       ASSERT_EQ(kernels.search(polytope.search, count, wide, wide_axes), near) << target;
@@ -121,6 +166,11 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
       ASSERT_TRUE(same_lanes(axes.face_b, wide_axes.face_b, near)) << target;
       ASSERT_TRUE(same_lanes(axes.edges, wide_axes.edges, near)) << target;
       ASSERT_TRUE(same_lanes(axes.edges_index, wide_axes.edges_index, near)) << target;
+      ASSERT_EQ(axes.by_edges, wide_axes.by_edges) << target;
+      ASSERT_TRUE(same_lanes(axes.of_b, wide_axes.of_b, near)) << target;
+      ASSERT_TRUE(same_lanes(axes.facing, wide_axes.facing, near)) << target;
+      kernels.clip(face.clip, kClipQuery, face.lanes, wide, wide_axes, wide_clips);
+      ASSERT_TRUE(same_clips(clips, wide_clips, face)) << target;
       ASSERT_EQ(kernels.touch(center, 0.4f, count, wide, wide_touches), touched) << target;
       ASSERT_TRUE(same_lanes(touches.out, wide_touches.out, touched)) << target;
       ASSERT_TRUE(same_lanes(touches.distance, wide_touches.distance, touched)) << target;
@@ -128,6 +178,7 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
   }
   EXPECT_GT(near_polytopes, 1000);
   EXPECT_GT(near_spheres, 1000);
+  EXPECT_GT(points, 1000);
 }
 
 Vec3 corner_of(const TriangleBatch& batch, int lane, int i) {
@@ -201,6 +252,57 @@ TEST(TriangleBatch, a_polytopes_axes_have_the_separations_told) {
   }
   EXPECT_GT(faces, 1000);
   EXPECT_GT(edges, 200);
+}
+
+// Where a face and a triangle lie over each other: every point halfway between the two planes along the
+// contact's normal, as far apart as told, over the triangle and over the face.
+TEST(TriangleBatch, clipped_points_lie_between_the_face_and_the_triangle) {
+  Random random(24);
+  int points = 0;
+  for (int i = 0; i < 1500; ++i) {
+    TriangleBatch batch;
+    const int count = random_triangles(random, batch);
+    const Polytope polytope(random, i % 2 == 0);
+    collision::place_triangles(random_frame(random), {0, 0, 0}, count, batch);
+    TriangleAxes axes;
+    const unsigned near = search_triangles(polytope.search, count, batch, axes);
+    const FaceToClip face(polytope, near & ~axes.by_edges, axes);
+    if (face.lanes == 0) continue;
+    TriangleClips clips;
+    clip_triangles(face.clip, {{0, 0, 0}, {0, 0, 0}, 0, 10}, face.lanes, batch, axes, clips);
+    const Vec3 face_normal = core::to_double(face.clip.normal);
+    const Vec3 on_face = core::to_double(face.clip.corners[0]);
+    for (int c = 0; c < face.candidates(); ++c)
+      for (unsigned lanes = clips.valid[c]; lanes != 0; lanes &= lanes - 1) {
+        const int lane = std::countr_zero(lanes);
+        const auto& from = clips.candidates[c];
+        const auto value = [&](const float(&row)[TriangleBatch::kSize]) {
+          return double(row[lane]);
+        };
+        const Vec3 normal(value(clips.normal[0]), value(clips.normal[1]), value(clips.normal[2]));
+        const Vec3 middle(value(from.position[0]), value(from.position[1]),
+                          value(from.position[2]));
+        const double separation = value(from.separation);
+        const Vec3 of_face = middle - 0.5 * separation * normal;
+        const Vec3 of_triangle = middle + 0.5 * separation * normal;
+        if (normal.dot(face_normal) < 0.2 || normal.dot(-normal_of(batch, lane)) < 0.2) continue;
+        ++points;
+        ASSERT_NEAR(face_normal.dot(of_face - on_face), 0, 2e-5);
+        ASSERT_NEAR(normal_of(batch, lane).dot(of_triangle - corner_of(batch, lane, 0)), 0, 2e-5);
+        for (std::uint32_t k = 0; k < face.clip.count; ++k) {
+          const Vec3 tail = core::to_double(face.clip.corners[k]);
+          const Vec3 head = core::to_double(face.clip.corners[(k + 1) % face.clip.count]);
+          const Vec3 out = (head - tail).cross(face_normal).normalized();
+          ASSERT_LT(out.dot(of_face - tail), 3e-3);
+        }
+        for (int k = 0; k < 3; ++k) {
+          const Vec3 tail = corner_of(batch, lane, k), head = corner_of(batch, lane, (k + 1) % 3);
+          const Vec3 out = (head - tail).cross(normal_of(batch, lane)).normalized();
+          ASSERT_LT(out.dot(of_triangle - tail), 2e-2 * (1 + std::abs(separation)));
+        }
+      }
+  }
+  EXPECT_GT(points, 2000);
 }
 
 double segment_distance(const Vec3& a, const Vec3& b, const Vec3& p) {

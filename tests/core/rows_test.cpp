@@ -134,20 +134,16 @@ TEST(BodyRows, body_frame_and_center_frame_undo_each_other) {
   }
 }
 
-TEST(ManifoldPool, rows_are_reused_cleared_and_runs_do_not_overlap) {
+TEST(ManifoldPool, rows_are_reused_and_runs_do_not_overlap) {
   ContactTable table;
   const std::uint32_t single = take_manifolds(table, 1),
                       run = take_manifolds(table, kMeshManifolds);
   EXPECT_EQ(run, single + 1);
   EXPECT_EQ(table.manifolds.size(), 1u + kMeshManifolds);
-  table.manifolds[run + 2].point_count = 3;
-  table.manifolds[single].normal.x = 1;
   give_manifolds(table, run, kMeshManifolds);
   give_manifolds(table, single, 1);
   EXPECT_EQ(take_manifolds(table, kMeshManifolds), run);
   EXPECT_EQ(take_manifolds(table, 1), single);
-  EXPECT_EQ(table.manifolds[run + 2].point_count, 0u);
-  EXPECT_EQ(table.manifolds[single].normal.x, 0);
   EXPECT_EQ(table.manifolds.size(), 1u + kMeshManifolds);
 }
 

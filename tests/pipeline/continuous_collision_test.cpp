@@ -108,6 +108,34 @@ INSTANTIATE_TEST_SUITE_P(ContinuousCollision, ThinWall,
                                          Wall{"cylinder", thin_cylinder}, Wall{"mesh", sheet}),
                          [](const auto& given) { return given.param.name; });
 
+// Where one of them meets the floor, the others stop with it: alone it would be torn off.
+TEST(ContinuousCollision, bodies_that_joints_hold_together_stop_together) {
+  for (const double speed : {10.0, 20.0, 40.0}) {
+    World world;
+    world.add_body({.type = BodyType::fixed,
+                    .shapes = {Box{.half_extents = {500, 1, 500}}},
+                    .position = {0, -1, 0}});
+    BodyId last = {};
+    std::vector<JointId> joints;
+    for (int i = 0; i < 8; ++i) {
+      const Vec3 at{0.1 * i, 3 + 0.4 * i, 0};
+      const BodyId link = world.add_body({.shapes = {Capsule{.radius = 0.08, .half_height = 0.12}},
+                                          .position = at,
+                                          .linear_velocity = {0.5 * speed, -speed, 0}});
+      const Vec3 anchor = at - Vec3(0.05, 0.2, 0);
+      if (i > 0)
+        joints.push_back(world.add_joint(BallJoint{.a = last, .b = link, .anchor = anchor}));
+      last = link;
+    }
+    for (int n = 0; n < 240; ++n) {
+      world.step(kDt);
+      for (const JointId joint : joints)
+        EXPECT_LT(world.joint_position(joint, JointCoordinate::distance), 0.1)
+            << "thrown at " << speed << " m/s, step " << n;
+    }
+  }
+}
+
 Shape bullet_shape(int i) {
   switch (i % 7) {
     case 0:
