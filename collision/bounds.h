@@ -20,6 +20,13 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
          b.min[1] <= a.max[1] && a.min[2] <= b.max[2] && b.min[2] <= a.max[2];
 }
 
+inline bool is_inside(const Aabb& inner, const Aabb& outer) {
+  bool in = true;
+  for (int axis = 0; axis < 3; ++axis)
+    in &= (inner.min[axis] >= outer.min[axis]) & (inner.max[axis] <= outer.max[axis]);
+  return in;
+}
+
 // Smallest box around a collider at its body's pose. Planes give a half-infinite or infinite box.
 Aabb tight_bounds(const core::Collider& collider, const core::BodyPose& pose);
 

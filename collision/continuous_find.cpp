@@ -129,13 +129,6 @@ Aabb box_over_step(const StepContext& step, ColliderIndex collider, BodyIndex bo
   return box;
 }
 
-bool is_inside(const Aabb& inner, const Aabb& outer) {
-  bool in = true;
-  for (int axis = 0; axis < 3; ++axis)
-    in = in && inner.min[axis] >= outer.min[axis] && inner.max[axis] <= outer.max[axis];
-  return in;
-}
-
 template <class Visit>
 void for_colliders(const StepContext& step, BodyIndex body, const Visit& visit) {
   for (ColliderIndex c = step.bodies->first_collider[body]; c != core::kNone;

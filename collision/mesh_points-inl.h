@@ -56,11 +56,10 @@ template <class L>
 void choose_spread_lanes(std::vector<MeshPoints::Block>& blocks, PointChoice& choice) {
   choice.count = 0;
   core::V3f p[3];
-  // At rest all are equally deep up to rounding: a fixed direction decides among them.
   choose_best<L>(
       blocks,
       [](const Vec<L>& at, L behind) SKERRY_LANES {
-        const L along = dot(spread<L>(core::V3f{0.6f, 0.2f, 0.77f}), at);
+        const L along = dot(spread<L>(kPreferred), at);
         return select(behind > L(0.0f), L(-1e30f), along);
       },
       choice);

@@ -108,6 +108,10 @@ class PointList {
 void single_point(const Query& query, const V3f& normal, const V3f& position, float separation,
                   std::uint32_t feature, ContactPatch& patch);
 
+// The first point of a patch is a deep one, but at rest all are equally deep up to rounding: among
+// those the farthest along this fixed direction is taken, so that the choice does not flicker.
+inline constexpr V3f kPreferred{0.6f, 0.2f, 0.77f};
+
 // Chooses at most four of `count` points (see PointList::choose).
 void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& normal,
                    ContactPatch& patch);

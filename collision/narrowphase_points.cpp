@@ -10,9 +10,6 @@ using core::dot;
 
 namespace {
 
-// The first choice is a deep point, but at rest all are equally deep up to rounding: among those
-// within the tolerance a fixed direction decides, so that the choice does not flicker.
-constexpr V3f kPreferred{0.6f, 0.2f, 0.77f};
 constexpr float kDepthTolerance = 1e-3f;  // of the patch's size
 
 // Indices chosen so far, and the next by highest score.

@@ -1,9 +1,9 @@
 // The separating-axis search at the widths of this machine's instruction sets.
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 #include "collision/polytope_axes.h"
+#include "collision/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "collision/polytope_axes_simd.cpp"
@@ -71,42 +71,34 @@ void search_axes(const AxisQuery& query, AxisAnswer& answer) {
   HWY_DYNAMIC_DISPATCH(search_axes_here)(query, answer);
 }
 
-namespace {
-
-bool has(const char* target, std::int64_t bit) {
-  return std::strcmp(hwy::TargetName(bit), target) == 0 && (hwy::SupportedTargets() & bit) != 0;
-}
-
-}  // namespace
-
 bool recall_axis_on(const char* target, const AxisQuery& query, const AxisName& name, Axis& axis) {
 #if HWY_TARGETS & HWY_SSSE3
-  if (has(target, HWY_SSSE3)) return axis = N_SSSE3::recall_axis_here(query, name), true;
+  if (is_target_here(target, HWY_SSSE3)) return axis = N_SSSE3::recall_axis_here(query, name), true;
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  if (has(target, HWY_SSE4)) return axis = N_SSE4::recall_axis_here(query, name), true;
+  if (is_target_here(target, HWY_SSE4)) return axis = N_SSE4::recall_axis_here(query, name), true;
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (has(target, HWY_AVX2)) return axis = N_AVX2::recall_axis_here(query, name), true;
+  if (is_target_here(target, HWY_AVX2)) return axis = N_AVX2::recall_axis_here(query, name), true;
 #endif
 #if HWY_TARGETS & HWY_AVX3
-  if (has(target, HWY_AVX3)) return axis = N_AVX3::recall_axis_here(query, name), true;
+  if (is_target_here(target, HWY_AVX3)) return axis = N_AVX3::recall_axis_here(query, name), true;
 #endif
   return false;
 }
 
 bool search_axes_on(const char* target, const AxisQuery& query, AxisAnswer& answer) {
 #if HWY_TARGETS & HWY_SSSE3
-  if (has(target, HWY_SSSE3)) return N_SSSE3::search_axes_here(query, answer), true;
+  if (is_target_here(target, HWY_SSSE3)) return N_SSSE3::search_axes_here(query, answer), true;
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  if (has(target, HWY_SSE4)) return N_SSE4::search_axes_here(query, answer), true;
+  if (is_target_here(target, HWY_SSE4)) return N_SSE4::search_axes_here(query, answer), true;
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (has(target, HWY_AVX2)) return N_AVX2::search_axes_here(query, answer), true;
+  if (is_target_here(target, HWY_AVX2)) return N_AVX2::search_axes_here(query, answer), true;
 #endif
 #if HWY_TARGETS & HWY_AVX3
-  if (has(target, HWY_AVX3)) return N_AVX3::search_axes_here(query, answer), true;
+  if (is_target_here(target, HWY_AVX3)) return N_AVX3::search_axes_here(query, answer), true;
 #endif
   return false;
 }

@@ -117,13 +117,6 @@ float room_of(const Collider& collider) {
   }
 }
 
-bool inside(const Aabb& inner, const Aabb& outer) {
-  bool in = true;
-  for (int axis = 0; axis < 3; ++axis)
-    in &= (inner.min[axis] >= outer.min[axis]) & (inner.max[axis] <= outer.max[axis]);
-  return in;
-}
-
 }  // namespace
 
 template <class Visit>
@@ -331,7 +324,7 @@ bool ProxyBroadphase::still_inside(const StepContext& step, BodyIndex body) {
       low[axis] = std::min(low[axis], tight.min[axis] - fat.min[axis]);
       high[axis] = std::min(high[axis], fat.max[axis] - tight.max[axis]);
     }
-    in = in && inside(swept, fat);
+    in = in && is_inside(swept, fat);
   });
   if (!in) return false;
   const Quat& q = bodies.pose[body].orientation;

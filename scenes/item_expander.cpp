@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::size_t kMaxBodies = 1'000'000;
 constexpr std::int64_t kMaxCount = 1'000'000;
-constexpr double kRadiansPerDegree = kPi / 180;
-
 void define(Scope& scope, const std::string& name, BodyNumber body, const JsonNode& where) {
   if (!scope.try_emplace(name, body).second) {
     where.fail("the name \"" + name + "\" is used twice");

@@ -7,8 +7,6 @@
 namespace skerry::scenes {
 namespace {
 
-constexpr double kRadiansPerDegree = kPi / 180;
-
 double degrees_within(const JsonNode& node, double low, double high) {
   return read_within(node, low, high) * kRadiansPerDegree;
 }

@@ -7,8 +7,6 @@
 namespace skerry::scenes {
 namespace {
 
-constexpr double kRadians = kPi / 180;  // per degree
-
 // -- Ragdolls ---------------------------------------------------------------------------------------
 
 enum class BoneAxis : std::uint8_t { x, y };
@@ -62,16 +60,16 @@ JointDesc joint_of(const Bone& bone, const Pose& doll) {
   if (bone.cone == 0) {
     return HingeJoint{.anchor = anchor,
                       .axis = rotated(doll.orientation, {1, 0, 0}),
-                      .lower_angle = bone.low * kRadians,
-                      .upper_angle = bone.high * kRadians,
+                      .lower_angle = bone.low * kRadiansPerDegree,
+                      .upper_angle = bone.high * kRadiansPerDegree,
                       .drive = drive};
   }
   const Vec3 outward = {0, bone.at.y() > bone.anchor.y() ? 1.0 : -1.0, 0};
   return ConeTwistJoint{.anchor = anchor,
                         .axis = rotated(doll.orientation, outward),
-                        .swing_limit = bone.cone * kRadians,
-                        .lower_twist = bone.low * kRadians,
-                        .upper_twist = bone.high * kRadians,
+                        .swing_limit = bone.cone * kRadiansPerDegree,
+                        .lower_twist = bone.low * kRadiansPerDegree,
+                        .upper_twist = bone.high * kRadiansPerDegree,
                         .swing = drive,
                         .twist = drive};
 }
@@ -130,7 +128,7 @@ constexpr int kBoxesPerBridge = 12;
 
 // Planks on an arc that hangs between two posts, hinged to them and to each other about z.
 void add_bridge(SceneDesc& scene, double z, Lcg& random) {
-  constexpr double kSteepest = 20 * kRadians;  // of the arc, at its ends
+  constexpr double kSteepest = 20 * kRadiansPerDegree;  // of the arc, at its ends
   constexpr double kTurn = 2 * kSteepest / kPlanks;
   std::vector<Vec3> hinges = {Vec3::Zero()};
   std::vector<double> slopes;

@@ -32,7 +32,7 @@ Vec3 one_or_three(const JsonNode& node, Read&& read) {
   return {read(*node.children[0]), read(*node.children[1]), read(*node.children[2])};
 }
 
-double radians(double degrees) { return degrees * (kPi / 180); }
+double radians(double degrees) { return degrees * kRadiansPerDegree; }
 
 Quat read_quaternion(const JsonNode& node) {
   if (node.children.size() != 4) node.refuse("a list x, y, z, w or an object");

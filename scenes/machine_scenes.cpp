@@ -7,8 +7,6 @@
 namespace skerry::scenes {
 namespace {
 
-constexpr double kRadians = kPi / 180;  // per degree
-
 // A piece of a drum about z: the hull between two radii over an angle.
 ConvexHull drum_piece(double inner, double outer, double from, double to, double half_length) {
   ConvexHull piece;
@@ -25,12 +23,12 @@ ConvexHull drum_piece(double inner, double outer, double from, double to, double
 
 // 36 overlapping segments, and a paddle inside every ninth.
 BodyDesc drum() {
-  constexpr double kStep = 10 * kRadians, kOverlap = 1 * kRadians;
+  constexpr double kStep = 10 * kRadiansPerDegree, kOverlap = 1 * kRadiansPerDegree;
   constexpr double kInner = 16, kOuter = 18, kPaddle = 14, kHalfLength = 10;
   BodyDesc body = {.type = BodyType::kinematic,
                    .position = {0, 21, 0},
                    .linear_velocity = {0.001, -0.002, 0},
-                   .angular_velocity = {0, 0, 25 * kRadians}};
+                   .angular_velocity = {0, 0, 25 * kRadiansPerDegree}};
   for (int i = 0; i < 36; ++i) {
     const double from = i * kStep - kOverlap, to = (i + 1) * kStep + kOverlap;
     body.shapes.emplace_back(drum_piece(kInner, kOuter, from, to, kHalfLength));
@@ -96,7 +94,7 @@ SceneDesc make_junkyard(std::uint64_t) {
   arm.options.local_pose.position = {35, 12, 0};
   add(scene, {.type = BodyType::kinematic,
               .shapes = {std::move(arm)},
-              .angular_velocity = {0, -6 * kRadians, 0},
+              .angular_velocity = {0, -6 * kRadiansPerDegree, 0},
               .mass = MassOverride{.center = Vec3::Zero()}});
   const ConvexHull rock = spiral_rock(10, 1.5);
   for (int y = 0; y < 24; ++y) {

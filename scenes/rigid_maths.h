@@ -7,6 +7,7 @@
 namespace skerry::scenes {
 
 inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kRadiansPerDegree = kPi / 180;
 
 struct SinCos {
   double sin = 0, cos = 1;

@@ -73,8 +73,10 @@ const ThroughputRow* fastest(const SceneComparison& comparison, bool others) {
 std::string about_throughput(const SceneComparison& comparison) {
   const ThroughputRow& best = *fastest(comparison, false);
   if (best.speed_up.low < 1 + kLeast) {
-    return "No mode steps faster than serial beyond noise: the best, " + best.strategy.label +
-           ", makes " + speed_up_text(best.speed_up) + ".";
+    const std::string none = "No mode steps faster than serial beyond noise";
+    if (best.strategy.mode == ThreadingMode::serial) return none + ".";
+    return none + ": the best, " + best.strategy.label + ", makes " + speed_up_text(best.speed_up) +
+           ".";
   }
   std::vector<std::string> names = {best.strategy.label};
   for (const ThroughputRow& row : comparison.throughput) {

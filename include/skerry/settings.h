@@ -113,8 +113,8 @@ struct WorldSettings {
   // m/s, at least 0: also report ContactEventKind::hit for pairs that pressed in the step after an
   // approach faster than this. Infinite: none.
   double hit_speed = std::numeric_limits<double>::infinity();
-  // Fill StepReport::measures after every step, and its part about contacts. Costs about a
-  // microsecond per contact and body; the states keep their bits.
+  // Fill StepReport::measures after every step, and its part about contacts. Costs some
+  // 0.2 us per body with one contact of four points; the states keep their bits.
   bool measure_steps = false;
   bool record_tasks = false;  // keep every task of the last step for World::last_tasks()
   // Called after every step on the thread that made it, the dedicated thread too, with that step's
