@@ -2,7 +2,7 @@
 add_custom_target(skerry_tsan_tests)
 
 # skerry_add_tests(core [LIBS ...]): program skerry_test_core from the *.cpp beside it. Each test is
-# a process of its own, but for the suites of IN_ONE_GO, whose set-up is long.
+# a process of its own, but for the suites of IN_ONE_GO: what their cases share is long to make.
 function(skerry_add_tests FOLDER)
   cmake_parse_arguments(PARSE_ARGV 1 TEST "" "TIMEOUT" "LIBS;EXCLUDE_SOURCES;IN_ONE_GO")
   if(NOT TEST_TIMEOUT)
@@ -37,17 +37,17 @@ function(skerry_add_tests FOLDER)
   set(tsan "*StdThread*:*std_thread*")
   set(stress "*Stress*:*stress*")
   set(apart "${tsan}:${stress}")
+  math(EXPR long_timeout "${TEST_TIMEOUT} * 5")
+  math(EXPR suite_timeout "${long_timeout} * ${SKERRY_TEST_TIMEOUT_SCALE}")
   foreach(suite IN LISTS TEST_IN_ONE_GO)
     string(APPEND apart ":${suite}.*")
-    math(EXPR suite_timeout "${TEST_TIMEOUT} * ${SKERRY_TEST_TIMEOUT_SCALE}")
     add_test(NAME ${suite} COMMAND ${target} "--gtest_filter=${suite}.*"
              WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
     set_tests_properties(${suite} PROPERTIES TIMEOUT ${suite_timeout} LABELS "${FOLDER}")
   endforeach()
   skerry_discover(${target} "-${apart}" ${TEST_TIMEOUT} "${FOLDER}")
   skerry_discover(${target} "${tsan}" ${TEST_TIMEOUT} "${FOLDER}-tsan")
-  math(EXPR stress_timeout "${TEST_TIMEOUT} * 5")
-  skerry_discover(${target} "${stress}-${tsan}" ${stress_timeout} "${FOLDER}-stress")
+  skerry_discover(${target} "${stress}-${tsan}" ${long_timeout} "${FOLDER}-stress")
 endfunction()
 
 # Sanitizers of clang 14 die at start on kernels that spread addresses further than they know of

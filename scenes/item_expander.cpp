@@ -74,10 +74,14 @@ void ItemExpander::expand_item(const JsonNode& item, const Pose& frame, Scope& s
   add_body(item, frame, scope);
 }
 
+void ItemExpander::check_room(std::size_t more, const JsonNode& where) const {
+  if (bodies.size() + more > kMaxBodies) where.fail("the scene has more than 1000000 bodies");
+}
+
 void ItemExpander::add_body(const JsonNode& item, const Pose& frame, Scope& scope) {
   const auto [found, fresh] = read_.try_emplace(&item);
   if (fresh) found->second = read_body(item, library_);
-  if (bodies.size() == kMaxBodies) item.fail("the scene has more than 1000000 bodies");
+  check_room(1, item);
   const auto number = static_cast<BodyNumber>(bodies.size());
   bodies.push_back(placed(found->second, frame));
   body_origins.push_back(&item);
@@ -142,6 +146,7 @@ void ItemExpander::add_grid(const JsonNode& item, const Pose& frame, Scope& scop
   const std::size_t nx = read_count(*count[0]);
   const std::size_t ny = read_count(*count[1]);
   const std::size_t nz = read_count(*count[2]);
+  check_room(nx * ny * nz, *grid.find("count"));
   const Vec3 spacing = read_scale(*grid.find("spacing"));
   const Jitter jitter(grid);
   const auto& items = read_list(*item.find("of"), 1);
@@ -165,6 +170,7 @@ void ItemExpander::add_stack(const JsonNode& item, const Pose& frame, Scope& sco
   const JsonNode& stack = *item.find("stack");
   check_object(stack, "stack");
   const std::size_t count = read_count(*stack.find("count"));
+  check_room(count, *stack.find("count"));
   const Vec3 offset = read_vec3(*stack.find("offset"));
   double turn = 0;
   if_given(stack, "turn_degrees",
@@ -185,6 +191,7 @@ void ItemExpander::add_pile(const JsonNode& item, const Pose& frame, Scope& scop
   const JsonNode& pile = *item.find("pile");
   check_object(pile, "pile");
   const std::size_t count = read_count(*pile.find("count"));
+  check_room(count, *pile.find("count"));
   const auto& columns = read_list(*pile.find("columns"), 2);
   if (columns.size() != 2) pile.find("columns")->refuse("a list of two whole numbers");
   const std::size_t nx = read_count(*columns[0]);

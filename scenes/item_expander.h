@@ -35,6 +35,8 @@ class ItemExpander {
   void check_unused_prefabs();
 
  private:
+  // Before `more` bodies at least are added: a million is the limit.
+  void check_room(std::size_t more, const JsonNode& where) const;
   void add_body(const JsonNode& item, const Pose& frame, Scope& scope);
   void add_instance(const JsonNode& item, const Pose& frame, Scope& scope);
   void add_grid(const JsonNode& item, const Pose& frame, Scope& scope);

@@ -8,7 +8,6 @@
 #include <fstream>
 
 #include "apps/measure/session.h"
-#include "apps/skerry/commands.h"
 #include "scenes/load.h"
 #include "scenes/near_names.h"
 

@@ -1,6 +1,9 @@
 // Command line values and their checks, shared by the commands.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -12,6 +15,12 @@
 namespace skerry::app {
 
 inline constexpr int kMaxWorkers = 1024;
+
+// Wrong input that the command line parser cannot know to be wrong; what() is one line.
+class BadInput : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 // Throws BadInput, with the names there are.
 ThreadingMode parse_mode(const std::string& name);

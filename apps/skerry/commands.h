@@ -4,8 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <optional>
-#include <stdexcept>
 #include <string>
 
 namespace skerry::app {
@@ -15,12 +13,6 @@ inline constexpr int kFailedCheck = 1;
 inline constexpr int kBadInput = 2;
 
 using Action = std::function<int()>;
-
-// Wrong input that the command line parser cannot know to be wrong; what() is one line.
-class BadInput : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // For options that name a file or directory: an empty name is a mistake, not "none".
 inline CLI::Validator needs_name() {

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 #include <skerry/error.h>
 
+#include "apps/skerry/arguments.h"
 #include "apps/skerry/commands.h"
 #include "cmake/build_info/build_info.h"
 #include "scenes/near_names.h"

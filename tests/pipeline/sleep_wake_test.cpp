@@ -218,7 +218,8 @@ TEST(SleepWake, what_becomes_fixed_stays_and_carries) {
 class HitRow : public testing::TestWithParam<std::tuple<double, bool>> {};
 
 TEST_P(HitRow, wakes_in_the_step_of_the_blow) {
-  const auto [speed, bullet_first] = GetParam();
+  const double speed = std::get<0>(GetParam());
+  const bool bullet_first = std::get<1>(GetParam());
   World world({.gravity = {0, 0, 0}});
   std::vector<BodyId> row;
   BodyId bullet;

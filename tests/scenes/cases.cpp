@@ -204,7 +204,7 @@ std::vector<WrongScene> wrong_repeaters_and_events() {
       {"grid_too_large",
        scene_with(R"("bodies": [{"grid": {"count": [1000, 1000, 2], "spacing": 3}, "of": )" + ball +
                   "}]"),
-       ":2: bodies[0].of[0]: the scene has more than 1000000 bodies", false},
+       ":2: bodies[0].grid.count: the scene has more than 1000000 bodies", false},
       {"pile_columns",
        scene_with(R"("bodies": [{"pile": {"count": 9, "columns": [3], "spacing": 1}, "of": )" +
                   ball + "}]"),
