@@ -325,6 +325,7 @@ std::uint32_t convex_mesh(const PlacedShape& a, const PlacedShape& b, Query& que
     collider.collide(b, triangles.subspan(first, std::min<std::size_t>(TriangleBatch::kSize,
                                                                        triangles.size() - first)));
   query.cache = 0;
+  query.apart = 0;  // what the kernels said is of one triangle each
   const float size = bounds.longest() - 2 * query.margin;  // a fast shape is no larger
   gather_patches(scratch.points, kSamePoint * size, patches);
   return collider.failures();

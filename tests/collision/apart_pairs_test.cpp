@@ -1,4 +1,5 @@
 // Pairs that were found apart are not looked at: nothing may be missed by it.
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <vector>
@@ -172,6 +173,54 @@ TEST(ApartPairs, MissNoContactOfBodiesThatMoveInAnyWay) {
     for (const ContactPair& pair : scene.contacts.pairs) touched += pair.manifold_count;
   }
   EXPECT_GT(spared, 1000u);
+  EXPECT_GT(touched, 1000u);
+}
+
+// Hills of 0.3 m squares.
+TriangleMesh hills() {
+  auto mesh = std::make_shared<MeshData>();
+  constexpr std::uint32_t kSide = 21;
+  for (std::uint32_t z = 0; z < kSide; ++z)
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const double at_x = 0.3 * x - 3, at_z = 0.3 * z - 3;
+      mesh->vertices.push_back({at_x, 0.15 * std::sin(3 * at_x) * std::cos(2.5 * at_z), at_z});
+    }
+  for (std::uint32_t z = 0; z + 1 < kSide; ++z)
+    for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
+      const std::uint32_t v = z * kSide + x;
+      mesh->triangles.push_back({v, v + kSide, v + 1});
+      mesh->triangles.push_back({v + 1, v + kSide, v + kSide + 1});
+    }
+  return {.data = mesh};
+}
+
+TEST(ApartPairs, MissNoContactWithTheTrianglesOfASurface) {
+  const std::vector<ShapeGeometry> shapes = {
+      Sphere{0.2},        Capsule{0.1, 0.2}, Box{{0.2, 0.1, 0.15}},     Cylinder{0.2, 0.1},
+      Cylinder{0.1, 0.3}, Cone{0.2, 0.2},    Ellipsoid{{0.1, 0.2, 0.3}}};
+  Random random(11);
+  std::uint32_t touched = 0;
+  for (int round = 0; round < 3; ++round) {
+    WatchedScene scene;
+    scene.put(hills(), at({0, 0, 0}), false);
+    for (int i = 0; i < 35; ++i) {
+      const Vec3 place = {random.uniform(-2.5, 2.5), 0, random.uniform(-2.5, 2.5)};
+      const Quat turn = random.rotation();
+      scene.put(shapes[static_cast<std::size_t>(i) % shapes.size()],
+                at(place + Vec3(0, 0.5, 0), turn));
+    }
+    // Down into the ground, a millimetre at a time.
+    for (int n = 0; n < 250; ++n) {
+      for (BodyIndex body = 1; body < scene.bodies.rows(); ++body)
+        scene.bodies.pose[body].center.y() -= 0.001;
+      scene.find_pairs();
+      const core::ContactTable all = scene.collide_all();
+      scene.collide();
+      expect_same_contacts(scene.contacts, all);
+      if (HasFatalFailure()) FAIL() << "in step " << n << " of round " << round;
+      for (const ContactPair& pair : scene.contacts.pairs) touched += pair.manifold_count;
+    }
+  }
   EXPECT_GT(touched, 1000u);
 }
 
