@@ -1,7 +1,6 @@
 #include "collision/apart_pairs.h"
 
 #include <atomic>
-#include <cmath>
 
 #include "collision/broadphase.h"
 #include "collision/motion_bounds.h"

@@ -60,8 +60,10 @@ class FclBroadphase final : public ProxyBroadphase {
     objects_[collider] = nullptr;
   }
   void move(std::span<const ColliderIndex> moved, Task&) override {
-    for (const ColliderIndex collider : moved)
-      move_one(collider, fat_bounds(collider), is_fixed(collider));
+    for (const ColliderIndex collider : moved) {
+      objects_[collider]->set(collider, fat_bounds(collider));
+      (is_fixed(collider) ? changed_fixed_ : changed_).push_back(objects_[collider].get());
+    }
   }
 
   void settle(Task&) override {
@@ -79,11 +81,6 @@ class FclBroadphase final : public ProxyBroadphase {
   }
 
  private:
-  void move_one(ColliderIndex collider, const Aabb& box, bool fixed) {
-    objects_[collider]->set(collider, box);
-    (fixed ? changed_fixed_ : changed_).push_back(objects_[collider].get());
-  }
-
   using Tree = fcl::DynamicAABBTreeCollisionManagerd;
   Tree& tree(bool fixed) { return fixed ? fixed_ : moving_; }
 

@@ -95,8 +95,7 @@ inline PairApproach approach_of(const StepContext& step, const core::ContactPair
   return approach;
 }
 
-}  // namespace
-
+// See Query::touch. `between` as in PairApproach.
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
   const core::Bodies& bodies = *step.bodies;
   int fast = 0;
@@ -117,8 +116,6 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
   const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
-
-namespace {
 
 inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair,
                           const PairApproach& approach) {
@@ -441,6 +438,9 @@ void store_patches(const StepContext& step, core::ContactPair& pair, const Patch
   pair.manifold_count = static_cast<std::uint16_t>(count);
 }
 
+namespace {
+
+// store_patches of one point, at less cost where the point was there before.
 void store_point(const StepContext& step, core::ContactPair& pair, const V3f& normal,
                  const ContactPoint& point, const V3f& linear) {
   Manifold& manifold = step.contacts->manifolds[pair.first_manifold];
@@ -460,6 +460,8 @@ void store_point(const StepContext& step, core::ContactPair& pair, const V3f& no
   manifold.total_impulse = 0;
   manifold.approach_speed = std::max(0.0f, -dot(normal, linear));
 }
+
+}  // namespace
 
 bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
                               core::ContactPair& pair) {

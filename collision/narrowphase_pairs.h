@@ -20,9 +20,6 @@ PairApproach pair_approach(const StepContext& step, const core::ContactPair& pai
 float spheres_apart(const StepContext& step, const core::ContactPair& pair,
                     const PairApproach& approach);
 
-// See Query::touch. `between` as in PairApproach.
-float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between);
-
 // Fetches a manifold that will be written.
 void prefetch(const core::Manifold& manifold);
 // Fetches what will be read of a pair, and the manifold it had.
@@ -74,10 +71,6 @@ void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear, 
 // Query.
 void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular);
-
-// The same for a patch of one point, at less cost where the point was there before.
-void store_point(const StepContext& step, core::ContactPair& pair, const V3f& normal,
-                 const ContactPoint& point, const V3f& linear);
 
 // Forgets the pair's contact.
 void clear_contact(core::ContactPair& pair);

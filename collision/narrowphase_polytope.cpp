@@ -127,7 +127,7 @@ void face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward
 
 // Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
 // at right angles to the axis, other edges meet along almost the same one, and the point of a single
-// pair of edges would jump from one end of the contact to the other (docs/decisions/0017). (Not with
+// pair of edges would jump from one end of the contact to the other. (Not with
 // triangles: their neighbours hold what lies beside.)
 void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, float size,
                      PointList& list) {

@@ -127,7 +127,10 @@ void sphere_hull(const PlacedShape& a, const PlacedShape& b, Query& query, Conta
   Nearest nearest{p, 3e38f};
   for (const HullGeometry::Face& face : hull.faces) {
     const float h = dot(face.normal, p) - face.offset;
-    if (h > radius(a) + query.margin) return;
+    if (h > radius(a) + query.margin) {
+      query.apart = h - radius(a);
+      return;
+    }
     if (h > height) {
       height = h;
       out = face.normal;

@@ -43,8 +43,16 @@ class SweepBroadphase final : public ProxyBroadphase {
   }
 
   void move(std::span<const ColliderIndex> moved, Task&) override {
-    for (const ColliderIndex collider : moved)
-      move_one(collider, fat_bounds(collider), is_fixed(collider));
+    for (const ColliderIndex collider : moved) {
+      const Aabb& box = fat_bounds(collider);
+      if (class_of(box) != rows_[collider].size_class) {
+        erase(collider, is_fixed(collider));
+        insert(collider, box, is_fixed(collider));
+        continue;
+      }
+      rows_[collider].box = box;
+      classes_[rows_[collider].size_class].unsorted = true;
+    }
   }
 
   void settle(Task&) override {
@@ -65,16 +73,6 @@ class SweepBroadphase final : public ProxyBroadphase {
   }
 
  private:
-  void move_one(ColliderIndex collider, const Aabb& box, bool fixed) {
-    if (class_of(box) != rows_[collider].size_class) {
-      erase(collider, fixed);
-      insert(collider, box, fixed);
-      return;
-    }
-    rows_[collider].box = box;
-    classes_[rows_[collider].size_class].unsorted = true;
-  }
-
   static constexpr float kInf = std::numeric_limits<float>::infinity();
   static constexpr int kClasses = 128;
 

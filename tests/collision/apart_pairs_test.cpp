@@ -36,28 +36,15 @@ class WatchedScene : public PairScene {
     bodies.awake_stale = true;
   }
 
-  core::StepContext context(core::ContactTable& table) {
-    core::StepContext step;
-    step.dt = dt;
-    step.settings = &settings;
-    step.bodies = &bodies;
-    step.colliders = &colliders;
-    step.contacts = &table;
-    step.joints = &joints_;
-    step.narrowphase = scratch_.get();
-    step.broadphase = broadphase_.get();
-    return step;
-  }
-
   void find_pairs() {
     core::refresh_awake(bodies);
-    const core::StepContext step = context(contacts);
+    const core::StepContext step = watched();
     collision::update_bounds(step, {0, static_cast<std::uint32_t>(bodies.awake.size())}, task_);
     collision::refit_broadphase(step, {0, 1}, task_);
     collision::query_pairs(step, {0, broadphase_->moved_count()}, task_);
     collision::merge_pairs(step, {0, 1}, task_);
   }
-  void collide() { collide(contacts, true); }
+  void collide() { PairScene::collide(watched()); }
   // Up to where the pairs of this step are known: bodies are watched once a pair of theirs was looked
   // at, and the pair must be looked at once more.
   void settle() {
@@ -70,26 +57,26 @@ class WatchedScene : public PairScene {
   // The same pairs with the same memories, each of them looked at.
   core::ContactTable collide_all() {
     core::ContactTable table = contacts;
-    collide(table, false);
+    PairScene::collide(context(table));
     return table;
   }
   std::uint32_t known_apart() {
-    const ApartPairs known(context(contacts));
+    const ApartPairs known(watched());
     std::uint32_t count = 0;
     for (const ContactPair& pair : contacts.pairs) count += known.holds(pair);
     return count;
   }
 
  private:
-  void collide(core::ContactTable& table, bool watched) {
-    core::StepContext step = context(table);
-    if (!watched) step.broadphase = nullptr;
-    collision::collide_pairs(step, {0, static_cast<std::uint32_t>(table.active.size())}, task_);
+  core::StepContext watched() {
+    core::StepContext step = context(contacts);
+    step.joints = &joints_;
+    step.broadphase = broadphase_.get();
+    return step;
   }
 
   SerialTask task_;
   core::Joints joints_;
-  collision::NarrowphaseScratchPtr scratch_ = collision::make_narrowphase_scratch(1);
   std::unique_ptr<collision::Broadphase> broadphase_ =
       collision::make_broadphase(BroadphaseKind::tree);
 };

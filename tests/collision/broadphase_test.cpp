@@ -676,6 +676,21 @@ TEST(Broadphase, queries_may_run_on_two_workers_at_once_std_thread) {
   }
 }
 
+// The tree holds these items and no others; the first query is for all of them.
+template <class RandomBox>
+void expect_items(const BoxTree& tree, const std::map<std::uint32_t, Aabb>& boxes, int queries,
+                  const RandomBox& random_box) {
+  ASSERT_EQ(tree.size(), boxes.size());
+  for (int q = 0; q < queries; ++q) {
+    Aabb box = random_box();
+    if (q == 0) box = {{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 1e9f}};
+    std::set<std::uint32_t> found;
+    tree.query(box, [&](std::uint32_t item) { ASSERT_TRUE(found.insert(item).second); });
+    for (const auto& [item, item_box] : boxes)
+      ASSERT_EQ(found.contains(item), overlap(item_box, box)) << "item " << item;
+  }
+}
+
 TEST(BoxTree, keeps_its_items_through_random_changes) {
   std::mt19937 random(41);
   std::uniform_real_distribution<float> place(-50, 50), size(0, 2), small(-0.5f, 0.5f);
@@ -714,15 +729,7 @@ TEST(BoxTree, keeps_its_items_through_random_changes) {
       ++it;
     }
     tree.refit();
-    ASSERT_EQ(tree.size(), boxes.size());
-    for (int q = 0; q < 10; ++q) {
-      Aabb box = random_box();
-      if (q == 0) box = {{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 1e9f}};
-      std::set<std::uint32_t> found;
-      tree.query(box, [&](std::uint32_t item) { ASSERT_TRUE(found.insert(item).second); });
-      for (const auto& [item, item_box] : boxes)
-        ASSERT_EQ(found.contains(item), overlap(item_box, box)) << "round " << round;
-    }
+    ASSERT_NO_FATAL_FAILURE(expect_items(tree, boxes, 10, random_box)) << "round " << round;
   }
   EXPECT_LT(tree.rebuild_count(), 150u);  // of 400 refits with a sixth of the items changed in each
 }
@@ -774,15 +781,7 @@ void live_with_trees_built_ahead(std::uint32_t items, int rounds, std::uint32_t 
         if (item % 2 == 0) add(item);
       }
     tree.refit(&task);
-    ASSERT_EQ(tree.size(), boxes.size());
-    for (int q = 0; q < 3; ++q) {
-      Aabb box = random_box();
-      if (q == 0) box = {{-1e9f, -1e9f, -1e9f}, {1e9f, 1e9f, 1e9f}};
-      std::set<std::uint32_t> found;
-      tree.query(box, [&](std::uint32_t item) { ASSERT_TRUE(found.insert(item).second); });
-      for (const auto& [item, item_box] : boxes)
-        ASSERT_EQ(found.contains(item), overlap(item_box, box)) << "round " << round;
-    }
+    ASSERT_NO_FATAL_FAILURE(expect_items(tree, boxes, 3, random_box)) << "round " << round;
     if (random() % 4 != 0) tree.build_ahead();
   }
   EXPECT_GT(tree.rebuild_count(), least_rebuilds);

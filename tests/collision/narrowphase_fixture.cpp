@@ -106,17 +106,24 @@ void PairScene::set_motion(core::ColliderIndex body, const Vec3& linear, const V
   bodies.motion[body].angular = angular;
 }
 
-void PairScene::collide() {
+core::StepContext PairScene::context(core::ContactTable& table) {
   core::StepContext step;
   step.dt = dt;
   step.settings = &settings;
   step.bodies = &bodies;
   step.colliders = &colliders;
-  step.contacts = &contacts;
+  step.contacts = &table;
   step.narrowphase = scratch_.get();
-  SerialTask task;
-  collision::collide_pairs(step, {0, static_cast<std::uint32_t>(contacts.active.size())}, task);
+  return step;
 }
+
+void PairScene::collide(const core::StepContext& step) {
+  SerialTask task;
+  const auto active = static_cast<std::uint32_t>(step.contacts->active.size());
+  collision::collide_pairs(step, {0, active}, task);
+}
+
+void PairScene::collide() { collide(context(contacts)); }
 
 Vec3 PairScene::world(std::uint32_t pair, const core::ManifoldPoint& point) const {
   return bodies.pose[contacts.pairs[pair].body_a].center + core::to_double(point.position);

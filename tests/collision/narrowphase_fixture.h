@@ -32,6 +32,10 @@ class PairScene {
   void set_motion(core::ColliderIndex body, const Vec3& linear, const Vec3& angular = Vec3::Zero());
   void collide();
 
+  // Of a step over the pairs of a table. There is no broadphase: every pair is looked at.
+  core::StepContext context(core::ContactTable& table);
+  void collide(const core::StepContext& step);
+
   core::ContactPair& contact(std::uint32_t pair = 0) { return contacts.pairs[pair]; }
   core::Manifold& manifold(std::uint32_t pair = 0, std::uint32_t index = 0) {
     return contacts.manifolds[contacts.pairs[pair].first_manifold + index];
