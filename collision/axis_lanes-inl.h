@@ -51,7 +51,8 @@ struct EdgeLanes {
   Vec<L> tail, along, left, right;
 };
 template <class L>
-void cross_edges(const EdgeLanes<L>& a, const EdgeLanes<L>& b, L index, Best<L>& best) {
+[[gnu::always_inline]] inline void cross_edges(const EdgeLanes<L>& a, const EdgeLanes<L>& b,
+                                               L index, Best<L>& best) {
   const L zero = L(0.0f);
   const L cba = dot(b.left, a.along), dba = dot(b.right, a.along);
   const L adc = dot(a.left, b.along), bdc = dot(a.right, b.along);

@@ -45,6 +45,7 @@ struct BoxBatch {
     kNy,
     kNz,
     kKindOut,  // 1: a face of a, 2: a face of b, 3: two edges
+    kApart,    // m: the boxes are apart by so much at least
     kPoints,
     kPx = 0,
     kPy,

@@ -236,7 +236,7 @@ void clip(const IncidentFace<L>& face, L hu, L hv, L tolerance, Candidates<L>& o
 template <class L>
 struct BoxContact {
   Vec<L> normal;
-  L kind;
+  L kind, apart;
   Vec<L> position[4];
   L separation[4], feature[4];
 };
@@ -421,8 +421,8 @@ BoxContact<L> collide_box_lanes(const OrientedBox<L>& a, const OrientedBox<L>& b
   const typename L::Mask on_edges = edges.separation > face.separation + bias;
 
   BoxContact<L> contact;
-  const typename L::Mask apart =
-      max(max(face_a.separation, face_b.separation), edges.separation) > query.margin;
+  contact.apart = max(max(face_a.separation, face_b.separation), edges.separation);
+  const typename L::Mask apart = contact.apart > query.margin;
   if (all(apart)) {
     contact.normal = {zero, L(1.0f), zero};
     contact.kind = zero;
@@ -477,6 +477,7 @@ void collide_box_batch(BoxBatch& batch, int count) {
     out(BoxBatch::kNy, contact.normal.y);
     out(BoxBatch::kNz, contact.normal.z);
     out(BoxBatch::kKindOut, contact.kind);
+    out(BoxBatch::kApart, contact.apart);
     for (int k = 0; k < 4; ++k) {
       const int row = BoxBatch::kPoints + k * BoxBatch::kPointRows;
       out(row + BoxBatch::kPx, contact.position[k].x);

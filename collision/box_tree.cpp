@@ -1,6 +1,11 @@
 #include "collision/box_tree.h"
 
+#include <algorithm>
+#include <atomic>
+
+#include "collision/marks.h"
 #include "core/assert.h"
+#include "jobs/blocks.h"
 
 namespace skerry::collision {
 namespace {
@@ -51,10 +56,15 @@ unsigned best_lane(const BoxNode& node, const Aabb& box) {
 }  // namespace
 
 void BoxTree::insert(std::uint32_t item, const Aabb& box) {
-  if (item >= slot_.size()) slot_.resize(item + 1, kNowhere);
+  if (item >= slot_.size()) {
+    slot_.resize(item + 1, kNowhere);
+    box_.resize(item + 1);
+  }
   SKERRY_ASSERT(slot_[item] == kNowhere, "an item is put into a tree twice");
   slot_[item] = kPending | static_cast<std::uint32_t>(pending_.size());
   pending_.push_back({box, item});
+  box_[item] = box;
+  if (built_) newcomers_.push_back(item);
   ++size_;
   ++changes_;
 }
@@ -77,42 +87,54 @@ void BoxTree::remove(std::uint32_t item) {
 }
 
 void BoxTree::update(std::uint32_t item, const Aabb& box) {
+  if (update_in_place(item, box)) return;
   const std::uint32_t slot = slot_[item];
   if (slot & kPending) {
-    pending_[slot & ~kPending].box = box;
+    box_[item] = pending_[slot & ~kPending].box = box;
     return;
   }
-  BoxNode& node = nodes_[slot / kWidth];
-  if (!overlap(lane_box(node, slot % kWidth), box)) {  // a jump: its old neighbours are far away
-    remove(item);
-    insert(item, box);
-    return;
-  }
-  set_lane(node, slot % kWidth, box, item | BoxNode::kItem);
-  mark_dirty(slot / kWidth);
+  remove(item);  // its old neighbours are far away
+  insert(item, box);
 }
 
-void BoxTree::refit() {
-  if (many_changes()) return rebuild();
+bool BoxTree::update_in_place(std::uint32_t item, const Aabb& box) {
+  const std::uint32_t slot = slot_[item];
+  if (slot & kPending) return false;
+  BoxNode& node = nodes_[slot / kWidth];
+  if (!overlap(box_[item], box)) return false;
+  set_lane(node, slot % kWidth, box, item | BoxNode::kItem);
+  box_[item] = box;
+  std::atomic_ref(dirty_[slot / kWidth]).store(1, std::memory_order_relaxed);
+  return true;
+}
+
+void BoxTree::refit(Task* task) {
+  const bool at_once = task == nullptr;
+  if (many(at_once ? changes_ : pending_.size()) || !place_pending()) return rebuild();
+  if (built_) adopt(task);
+  refit_dirty();
+  worn_ = inner_area_ > kWornOut * built_area_ || many(changes_);
+  if (worn_ && at_once) rebuild();
+}
+
+// False if the tree has no room for one of them.
+bool BoxTree::place_pending() {
   while (!pending_.empty()) {
-    const BuildItem item = pending_.back();
-    if (!place(item)) return rebuild();
+    if (!place(pending_.back())) return false;
     pending_.pop_back();
   }
+  return true;
+}
+
+void BoxTree::refit_dirty() {
+  dirty_nodes_.clear();
+  for_marked(dirty_, [&](std::uint32_t node) { dirty_nodes_.push_back(node); });
   if (dirty_nodes_.empty()) return;
   if (dirty_nodes_.size() > nodes_.size() / 4)
     refit_all();
   else
     for (const std::uint32_t node : dirty_nodes_) refit_upward(node);
   for (const std::uint32_t node : dirty_nodes_) dirty_[node] = 0;
-  dirty_nodes_.clear();
-  if (inner_area_ > kWornOut * built_area_) rebuild();
-}
-
-void BoxTree::mark_dirty(std::uint32_t node) {
-  if (dirty_[node]) return;
-  dirty_[node] = 1;
-  dirty_nodes_.push_back(node);
 }
 
 // False if the tree is (or would get) too deep.
@@ -168,7 +190,7 @@ void BoxTree::refit_upward(std::uint32_t node) {
 
 void BoxTree::refit_all() {
   inner_area_ = 0;
-  for (auto node = static_cast<std::uint32_t>(nodes_.size() - 1); node > 0; --node) {
+  for (auto node = static_cast<std::uint32_t>(nodes_.size()); node-- > 1;) {
     const std::uint32_t slot = parent_[node];
     const Aabb box = node_box(nodes_[node]);
     set_lane(nodes_[slot / kWidth], slot % kWidth, box, node);
@@ -177,37 +199,78 @@ void BoxTree::refit_all() {
 }
 
 void BoxTree::rebuild() {
+  build();
+  for (const BuildItem& item : pending_) slot_[item.item] = 0;  // in the build: adopt says where
+  pending_.clear();
+  adopt(nullptr);
+}
+
+void BoxTree::build_ahead() {
+  if (worn_ && !built_) build();
+}
+
+// With those that are pending.
+void BoxTree::build() {
   build_items_.clear();
   for (const BoxNode& node : nodes_)
     for (unsigned lane = 0; lane < kWidth; ++lane)
       if (node.child[lane] != BoxNode::kEmpty && !is_node(node.child[lane]))
         build_items_.push_back({lane_box(node, lane), node.child[lane] & ~BoxNode::kItem});
   build_items_.insert(build_items_.end(), pending_.begin(), pending_.end());
-  pending_.clear();
   SKERRY_ASSERT(build_items_.size() == size_, "a tree has lost items");
-  build_nodes(build_items_, nodes_);
-  link_nodes();
+  builder_.build(build_items_);
+  newcomers_.clear();
   changes_ = 0;
-  ++rebuild_count_;
+  built_ = true;
 }
 
-void BoxTree::link_nodes() {
-  parent_.assign(nodes_.size(), 0);
+// Takes the new tree in place of the old one, which holds the items as they are now.
+void BoxTree::adopt(Task* task) {
+  nodes_.swap(builder_.nodes());
+  parent_.swap(builder_.parents());
+  const auto count = static_cast<std::uint32_t>(nodes_.size());
+  constexpr std::uint32_t kGrain = 128;
+  const auto adopt_block = [&](std::uint32_t block, std::uint32_t) {
+    const IndexRange range = jobs::items_of(block, kGrain, count);
+    for (std::uint32_t node = range.begin; node < range.end; ++node) adopt_node(node);
+  };
+  const std::uint32_t blocks = jobs::blocks_of(count, kGrain);
+  if (task != nullptr)
+    jobs::run_blocks(*task, blocks, adopt_block);
+  else
+    for (std::uint32_t block = 0; block < blocks; ++block) adopt_block(block, 0);
   dirty_.assign(nodes_.size(), 0);
-  dirty_nodes_.clear();
-  inner_area_ = 0;
-  for (std::uint32_t node = 0; node < nodes_.size(); ++node)
-    for (unsigned lane = 0; lane < kWidth; ++lane) {
-      const std::uint32_t child = nodes_[node].child[lane];
-      if (child == BoxNode::kEmpty) continue;
-      if (is_node(child)) {
-        parent_[child] = node * kWidth + lane;
-        inner_area_ += half_area(lane_box(nodes_[node], lane));
-      } else {
-        slot_[child & ~BoxNode::kItem] = node * kWidth + lane;
-      }
-    }
+  refit_all();
   built_area_ = inner_area_;
+  worn_ = built_ = false;
+  ++rebuild_count_;
+  for (const std::uint32_t item : newcomers_) {
+    if ((slot_[item] & kPending) || holds(item)) continue;  // gone, listed twice, or in the build
+    slot_[item] = kPending | static_cast<std::uint32_t>(pending_.size());
+    pending_.push_back({box_[item], item});
+  }
+  if (!place_pending()) rebuild();
+}
+
+// Items that went after the build leave their lanes empty.
+void BoxTree::adopt_node(std::uint32_t node) {
+  for (unsigned lane = 0; lane < kWidth; ++lane) {
+    const std::uint32_t child = nodes_[node].child[lane];
+    if (child == BoxNode::kEmpty || is_node(child)) continue;
+    const std::uint32_t item = child & ~BoxNode::kItem;
+    if (slot_[item] == kNowhere) {
+      set_lane(nodes_[node], lane, empty_box(), BoxNode::kEmpty);
+      continue;
+    }
+    set_lane(nodes_[node], lane, box_[item], child);
+    slot_[item] = node * kWidth + lane;
+  }
+}
+
+bool BoxTree::holds(std::uint32_t item) const {
+  const std::uint32_t slot = slot_[item];
+  return slot / kWidth < nodes_.size() &&
+         nodes_[slot / kWidth].child[slot % kWidth] == (item | BoxNode::kItem);
 }
 
 }  // namespace skerry::collision

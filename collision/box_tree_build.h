@@ -14,10 +14,41 @@ struct BuildItem {
   std::uint32_t item;  // below BoxNode::kItem
 };
 
-// Replaces `nodes` by a tree over the items, which are reordered. Splits at medians of the longest
-// axis of the centres, so that all nodes but the last of a level are full; a parent comes before its
-// children. O(n log n).
-void build_nodes(std::span<BuildItem> items, std::vector<BoxNode>& nodes);
+// Builds trees, and keeps its memory from one to the next. Splits at medians of the longest axis of the
+// centres, so that all nodes but the last of a level are full; a parent comes before its children.
+// O(n log n).
+class TreeBuilder {
+ public:
+  void build(std::span<const BuildItem> items);
+  // All but the boxes of inner nodes, which are empty.
+  std::vector<BoxNode>& nodes() { return nodes_; }
+  // Of each node: slot in its parent, node * 8 + lane.
+  std::vector<std::uint32_t>& parents() { return parent_; }
+
+ private:
+  struct Center {
+    float twice[3];  // m, an item's centre times 2
+    std::uint32_t row;
+  };
+  // Where centres lie.
+  struct Extent {
+    float low[3], high[3];
+  };
+  std::uint32_t add_node(std::uint32_t parent);
+  void fill(std::uint32_t node, std::span<Center> below);
+  void divide(std::uint32_t node, std::span<Center> below, std::uint32_t part);
+  void part_at(std::span<Center> centers, std::size_t nth);
+  static Extent extent_of(std::span<const Center> centers);
+
+  std::span<const BuildItem> items_;
+  std::vector<BoxNode> nodes_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::uint8_t> used_;  // [node] lanes
+  std::vector<Center> centers_, spare_;
+};
+
+// Replaces `nodes` by a tree over the items, with all boxes.
+void build_nodes(std::span<const BuildItem> items, std::vector<BoxNode>& nodes);
 
 inline Aabb empty_box() {
   constexpr float kInf = __builtin_inff();

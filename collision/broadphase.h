@@ -5,6 +5,7 @@
 
 #include <skerry/settings.h>
 
+#include "collision/apart_pairs.h"
 #include "collision/bounds.h"
 
 namespace skerry::collision {
@@ -39,6 +40,9 @@ class Broadphase {
 
   // Whether the pair list has the two, as of the last merge_pairs. Any number of threads at once.
   virtual bool is_pair(ColliderIndex a, ColliderIndex b) const = 0;
+
+  // Of the bodies, as of the last update_bounds.
+  virtual Travels& travels() = 0;
 
   // -- Stages; see the functions below.
   virtual void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) = 0;

@@ -5,6 +5,7 @@
 
 #include "collision/broadphase.h"
 #include "collision/continuous_scratch.h"
+#include "collision/height_field.h"
 #include "collision/mesh_tree.h"
 #include "collision/time_of_impact.h"
 #include "core/rounding.h"
@@ -113,24 +114,24 @@ struct Box {
   V3d low, high;
 };
 
-// Bounds, in the frame that turns and moves with a mesh, of a ball of this radius about a body's
+// Bounds, in the frame that turns and moves with a surface, of a ball of this radius about a body's
 // centre during [t0, t1], grown by what the two do between.
-Box swept_ball(const Sweep& ball, double radius, const Sweep& mesh, double t0, double t1) {
+Box swept_ball(const Sweep& ball, double radius, const Sweep& surface, double t0, double t1) {
   constexpr int kCuts = 4;
   Box box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
   V3d before{0, 0, 0};
   double longest = 0;
   for (int i = 0; i <= kCuts; ++i) {
     const double t = t0 + (t1 - t0) * i / kCuts;
-    const V3d p = transposed_times(mesh.axes_at(t), ball.center_at(t) - mesh.center_at(t));
+    const V3d p = transposed_times(surface.axes_at(t), ball.center_at(t) - surface.center_at(t));
     if (i > 0) longest = std::max(longest, length(p - before));
     before = p;
     box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
     box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
   }
   double angle = 0;
-  for (int i = 0; i < mesh.stretches; ++i)
-    angle = std::max(angle, mesh.stretch[i].angle * mesh.stretches * (t1 - t0) / kCuts);
+  for (int i = 0; i < surface.stretches; ++i)
+    angle = std::max(angle, surface.stretch[i].angle * surface.stretches * (t1 - t0) / kCuts);
   const double bulge = angle > 0 ? 0.5 * longest * std::min(1.0, angle) : 0;
   const double bent = 0.25 * length(ball.bend) * (t1 - t0) * (t1 - t0);
   const double slack = radius * (1 + 1e-6) + bulge + bent + 1e-6 * length(before);
@@ -139,18 +140,32 @@ Box swept_ball(const Sweep& ball, double radius, const Sweep& mesh, double t0, d
   return box;
 }
 
+// Of a mesh or a height field, in its shape frame.
+void find_triangles(const Collider& surface, const float low[3], const float high[3],
+                    std::vector<std::uint32_t>& triangles) {
+  triangles.clear();
+  if (surface.type == ShapeType::mesh)
+    surface.mesh->tree->query(low, high, triangles);
+  else
+    find_field_triangles(*surface.field, low, high, triangles);
+}
+V3d corner_of(const Collider& surface, std::uint32_t triangle, unsigned i) {
+  if (surface.type == ShapeType::height_field)
+    return wide(field_corner(*surface.field, triangle, i));
+  return wide(surface.mesh->vertices[surface.mesh->triangles[triangle][i]]);
+}
+
 // A convex shape against the triangles that lie in its way, stretch by stretch: when it first meets
 // one, as when(shape, triangle, last) has it.
 template <class When>
-double first_with_mesh(const Collider& convex, const Sweep& sweep, double radius,
-                       const Collider& mesh_collider, const Sweep& mesh_sweep, bool front_only,
-                       std::vector<std::uint32_t>& triangles, const When& when) {
-  const core::MeshGeometry& mesh = *mesh_collider.mesh;
-  const V3d local = wide(mesh_collider.local_position);
-  const M3d axes = mesh_collider.has_local_rotation ? matrix_of(mesh_collider.local_rotation)
-                                                    : M3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+double first_with_surface(const Collider& convex, const Sweep& sweep, double radius,
+                          const Collider& surface, const Sweep& surface_sweep, bool front_only,
+                          std::vector<std::uint32_t>& triangles, const When& when) {
+  const V3d local = wide(surface.local_position);
+  const M3d axes = surface.has_local_rotation ? matrix_of(surface.local_rotation)
+                                              : M3d{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const SweptShape shape = swept_shape(convex, sweep);
-  const double way = length(sweep.way - mesh_sweep.way);
+  const double way = length(sweep.way - surface_sweep.way);
   const int stretches = static_cast<int>(std::clamp(std::ceil(way / (8 * radius)), 1.0, 256.0));
   SweptShape at_start = shape;
   at_start.place(0);
@@ -158,8 +173,8 @@ double first_with_mesh(const Collider& convex, const Sweep& sweep, double radius
   double earliest = kNever;
   for (int i = 0; i < stretches && earliest == kNever; ++i) {
     const double t0 = double(i) / stretches, t1 = double(i + 1) / stretches;
-    const Box box = swept_ball(sweep, radius, mesh_sweep, t0, t1);
-    // From the body's frame to the mesh's own.
+    const Box box = swept_ball(sweep, radius, surface_sweep, t0, t1);
+    // From the body's frame to the surface's own.
     const V3d centre = transposed_times(axes, (box.low + box.high) * 0.5 - local);
     const V3d half = (box.high - box.low) * 0.5;
     float low[3], high[3];
@@ -171,18 +186,17 @@ double first_with_mesh(const Collider& convex, const Sweep& sweep, double radius
       low[k] = core::rounded_to_float(c[k] - h * (1 + 1e-6) - 1e-6 * std::fabs(c[k]));
       high[k] = core::rounded_to_float(c[k] + h * (1 + 1e-6) + 1e-6 * std::fabs(c[k]));
     }
-    triangles.clear();
-    mesh.tree->query(low, high, triangles);
+    find_triangles(surface, low, high, triangles);
     for (const std::uint32_t triangle : triangles) {
       V3d corner[3];
-      for (unsigned k = 0; k < 3; ++k)
-        corner[k] = local + axes * wide(mesh.vertices[mesh.triangles[triangle][k]]);
+      for (unsigned k = 0; k < 3; ++k) corner[k] = local + axes * corner_of(surface, triangle, k);
       // A surface has a front: what starts behind it goes through.
       const V3d normal =
-          mesh_sweep.axes_at(0) * cross(corner[1] - corner[0], corner[2] - corner[0]);
-      const V3d from = mesh_sweep.center_at(0) + mesh_sweep.axes_at(0) * corner[0];
+          surface_sweep.axes_at(0) * cross(corner[1] - corner[0], corner[2] - corner[0]);
+      const V3d from = surface_sweep.center_at(0) + surface_sweep.axes_at(0) * corner[0];
       if (front_only && dot(normal, middle - from) < 0) continue;
-      const double time = when(shape, swept_triangle(corner, mesh_sweep), std::min(earliest, t1));
+      const double time =
+          when(shape, swept_triangle(corner, surface_sweep), std::min(earliest, t1));
       earliest = std::min(earliest, time);
     }
   }
@@ -298,15 +312,14 @@ bool held_by_contacts(const StepContext& step, const FastPair& pair, const Sweep
 double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends& ends,
                       std::vector<std::uint32_t>& triangles) {
   const Bodies& bodies = *step.bodies;
-  // First the one that is eroded: a fast one, unless it is a mesh.
+  // First the one that is eroded: a fast one, unless it is a surface.
   ColliderIndex ia = pair.a, ib = pair.b;
   const auto kind = [&](ColliderIndex i) { return step.colliders->rows[i].type; };
   const auto is_convex = [&](ColliderIndex i) { return kind(i) < ShapeType::plane; };
   const bool second_first = !is_convex(ia) || (is_convex(ib) && !is_fast(bodies, pair.body_a));
   if (second_first) std::swap(ia, ib);
   const Collider &a = step.colliders->rows[ia], &b = step.colliders->rows[ib];
-  if (a.type >= ShapeType::plane) return kNever;         // no contact exists between these either
-  if (b.type == ShapeType::height_field) return kNever;  // contacts foresee these (fast_touch)
+  if (a.type >= ShapeType::plane) return kNever;  // no contact exists between these either
   const Vec3 origin = bodies.pose[a.body].center;
   Sweep sa = path_of(step, a.body, origin, second_first ? ends.b : ends.a);
   Sweep sb = path_of(step, b.body, origin, second_first ? ends.a : ends.b);
@@ -321,9 +334,12 @@ double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends&
   if (!pair.sensor) {
     if (both_go && side_by_side(step, pair, sa, sb)) return kNever;
     const bool swapped = a.body != pair.body_a;
-    if (held_by_contacts(step, pair, swapped ? sb : sa, swapped ? sa : sb)) return kNever;
+    // Contacts with a surface say nothing of what rises ahead.
+    if (!core::is_surface(b.type) &&
+        held_by_contacts(step, pair, swapped ? sb : sa, swapped ? sa : sb))
+      return kNever;
   }
-  // A plane's or mesh's body may be all over the place: its radius says nothing, or everything.
+  // A plane's or surface's body may be all over the place: its radius says nothing, or everything.
   if (b.type != ShapeType::plane && balls_pass(sa, sb, ma.radius + mb.radius + kTouchReach))
     return kNever;
   add_turning(step, a.body, sa);
@@ -335,8 +351,8 @@ double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends&
                        : impact_of(a, shape, other, touch, last);
   };
   if (b.type == ShapeType::plane) return when(swept_shape(a, sa), swept_plane(b, sb), 1);
-  if (b.type == ShapeType::mesh)
-    return first_with_mesh(a, sa, ma.radius, b, sb, !pair.sensor, triangles, when);
+  if (core::is_surface(b.type))
+    return first_with_surface(a, sa, ma.radius, b, sb, !pair.sensor, triangles, when);
   return when(swept_shape(a, sa), swept_shape(b, sb), 1);
 }
 

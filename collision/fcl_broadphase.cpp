@@ -59,11 +59,12 @@ class FclBroadphase final : public ProxyBroadphase {
     tree(fixed).unregisterObject(objects_[collider].get());
     objects_[collider] = nullptr;
   }
-  void move(ColliderIndex collider, const Aabb& box, bool fixed) override {
-    objects_[collider]->set(collider, box);
-    (fixed ? changed_fixed_ : changed_).push_back(objects_[collider].get());
+  void move(std::span<const ColliderIndex> moved, Task&) override {
+    for (const ColliderIndex collider : moved)
+      move_one(collider, fat_bounds(collider), is_fixed(collider));
   }
-  void settle() override {
+
+  void settle(Task&) override {
     update(moving_, changed_);
     update(fixed_, changed_fixed_);
   }
@@ -78,6 +79,11 @@ class FclBroadphase final : public ProxyBroadphase {
   }
 
  private:
+  void move_one(ColliderIndex collider, const Aabb& box, bool fixed) {
+    objects_[collider]->set(collider, box);
+    (fixed ? changed_fixed_ : changed_).push_back(objects_[collider].get());
+  }
+
   using Tree = fcl::DynamicAABBTreeCollisionManagerd;
   Tree& tree(bool fixed) { return fixed ? fixed_ : moving_; }
 

@@ -36,5 +36,6 @@ inline bool all(bool mask) { return mask; }
 inline float lowest(Lane a) { return a.v; }
 inline float highest(Lane a) { return a.v; }
 inline unsigned bits(bool mask) { return mask; }  // lane 0 is bit 0
+inline void pack(bool mask, Lane a, float* to) { *to = mask ? a.v : 0; }
 
 }  // namespace skerry::collision::float_lanes

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "collision/box_batch.h"
@@ -22,6 +23,7 @@ struct alignas(64) WorkerScratch {
   std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
   std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
   int batched = 0;
+  std::vector<std::uint32_t> due;  // room for find_due
   MeshScratch mesh;
   NarrowphaseCounts counts;
 };
@@ -116,9 +118,20 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
   }
 }
 
-void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scratch) {
+void store(const StepContext& step, const ApartPairs& known, ContactPair& pair,
+           const PatchSet& patches, const V3f& linear, const V3f& angular, float apart) {
+  store_patches(step, pair, patches, linear, angular);
+  if (pair.manifold_count == 0) known.note(pair, apart);
+}
+
+void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair& pair,
+                  WorkerScratch& scratch) {
   const PairApproach approach = pair_approach(step, pair);
-  if (out_of_reach(step, pair, approach)) return clear_contact(pair);
+  const float apart = spheres_apart(step, pair, approach);
+  if (apart > approach.margin) {
+    clear_contact(pair);
+    return known.note(pair, apart);
+  }
   const PairFrame frame = pair_frame(step, pair, approach);
   PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
@@ -132,7 +145,7 @@ void collide_pair(const StepContext& step, ContactPair& pair, WorkerScratch& scr
       patches.patch[i].normal = -patches.patch[i].normal;
   pair.cache = placed.query.cache;
   drop_foreseen(patches, placed.query.touch, placed.query.dt, linear, angular);
-  store_patches(step, pair, patches, linear, angular);
+  store(step, known, pair, patches, linear, angular, placed.query.apart);
 }
 
 // -- Box against box, sixteen pairs at a time.
@@ -165,8 +178,8 @@ void gather(const StepContext& step, const ContactPair& pair, const PairFrame& f
   put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair.cache));
 }
 
-void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
-             const BoxBatch& batch, int lane) {
+void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
+             const PairFrame& frame, const BoxBatch& batch, int lane) {
   const auto out = [&](int row) { return batch.out[row][lane]; };
   PatchSet patches;
   patches.count = 1;
@@ -184,22 +197,23 @@ void scatter(const StepContext& step, ContactPair& pair, const PairFrame& frame,
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
   drop_foreseen(patches, frame.touch, frame.dt, frame.linear, frame.angular);
-  store_patches(step, pair, patches, frame.linear, frame.angular);
+  store(step, known, pair, patches, frame.linear, frame.angular, out(BoxBatch::kApart));
 }
 
-void flush(const StepContext& step, WorkerScratch& scratch) {
+void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scratch) {
   if (scratch.batched == 0) return;
   // The last lanes of a short batch: any pair will do.
   for (auto& row : scratch.batch.in)
     std::fill(row + scratch.batched, row + BoxBatch::kSize, row[0]);
   collide_boxes(scratch.batch, scratch.batched);
   for (int lane = 0; lane < scratch.batched; ++lane)
-    scatter(step, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane], scratch.batch,
-            lane);
+    scatter(step, known, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane],
+            scratch.batch, lane);
   scratch.batched = 0;
 }
 
-void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scratch) {
+void add_to_batch(const StepContext& step, const ApartPairs& known, std::uint32_t row,
+                  WorkerScratch& scratch) {
   const int lane = scratch.batched++;
   const ContactPair& pair = step.contacts->pairs[row];
   scratch.rows[lane] = row;
@@ -207,34 +221,46 @@ void add_to_batch(const StepContext& step, std::uint32_t row, WorkerScratch& scr
   // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
   gather(step, pair, scratch.frames[lane], scratch.batch, lane);
-  if (scratch.batched == BoxBatch::kSize) flush(step, scratch);
+  if (scratch.batched == BoxBatch::kSize) flush(step, known, scratch);
+}
+
+// Rows of the pairs that are not known to be apart.
+std::span<const std::uint32_t> find_due(const StepContext& step, const ApartPairs& known,
+                                        IndexRange active_pairs, std::vector<std::uint32_t>& room) {
+  room.resize(std::max<std::size_t>(room.size(), active_pairs.end - active_pairs.begin));
+  std::uint32_t* const due = room.data();
+  std::size_t count = 0;
+  for (std::uint32_t i = active_pairs.begin; i < active_pairs.end; ++i) {
+    due[count] = step.contacts->active[i];
+    count += known.holds(step.contacts->pairs[due[count]]) ? 0 : 1;
+  }
+  return {due, count};
 }
 
 // Pairs ahead whose data is fetched: what a few of them cost is as long as memory takes.
-constexpr std::uint32_t kAhead = 6;
+constexpr std::size_t kAhead = 12;
 
 }  // namespace
 
 void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task) {
   WorkerScratch& scratch = step.narrowphase->worker(task.worker());
-  const std::vector<std::uint32_t>& active = step.contacts->active;
-  for (std::uint32_t i = active_pairs.begin; i < active_pairs.end; ++i) {
-    const std::uint32_t row = active[i];
-    ContactPair& pair = step.contacts->pairs[row];
+  const ApartPairs known(step);
+  const std::span<const std::uint32_t> due = find_due(step, known, active_pairs, scratch.due);
+  for (std::size_t i = 0; i < due.size(); ++i) {
+    ContactPair& pair = step.contacts->pairs[due[i]];
     if (!may_touch(step, pair)) {
       clear_contact(pair);
       continue;
     }
     const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
     if (a == ShapeType::box && b == ShapeType::box) {
-      add_to_batch(step, row, scratch);
+      add_to_batch(step, known, due[i], scratch);
       continue;
     }
-    if (i + kAhead < active_pairs.end)
-      prefetch_pair(step, step.contacts->pairs[active[i + kAhead]]);
-    collide_pair(step, pair, scratch);
+    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
+    if (!collide_centered_spheres(step, known, pair)) collide_pair(step, known, pair, scratch);
   }
-  flush(step, scratch);
+  flush(step, known, scratch);
 }
 
 }  // namespace skerry::collision

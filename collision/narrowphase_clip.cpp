@@ -22,9 +22,11 @@ struct PolygonCorner {
 };
 struct Polygon {
   std::uint32_t count = 0;
-  PolygonCorner corners[kMaxCorners];
-  void add(const V3f& position, std::uint32_t id) {
-    if (count < kMaxCorners) corners[count++] = {position, id};
+  PolygonCorner corners[kMaxCorners + 1];  // one more for what is not kept
+  // Kept or not, without a branch: nobody can tell beforehand.
+  void add(bool kept, const V3f& position, std::uint32_t id) {
+    corners[count] = {position, id};
+    count += kept && count < kMaxCorners ? 1u : 0u;
   }
 };
 
@@ -59,13 +61,12 @@ void cut(const Polygon& from, const Heights& heights, std::uint32_t plane, bool 
     const std::uint32_t j = i + 1 < from.count ? i + 1 : 0;
     const PolygonCorner &tail = from.corners[i], &head = from.corners[j];
     const float h0 = heights.at[i], h1 = heights.at[j];
-    if (h0 <= 0) to.add(tail.position, tail.id);
-    if ((h0 <= 0) != (h1 <= 0))
-      to.add(tail.position + (head.position - tail.position) * (h0 / (h0 - h1)),
-             crossing_id(tail.id, head.id, plane));
+    to.add(h0 <= 0, tail.position, tail.id);
+    to.add((h0 <= 0) != (h1 <= 0),
+           tail.position + (head.position - tail.position) * (h0 / (h0 - h1)),
+           crossing_id(tail.id, head.id, plane));
   }
-  if (!closed && heights.at[edges] <= 0)
-    to.add(from.corners[edges].position, from.corners[edges].id);
+  if (!closed) to.add(heights.at[edges] <= 0, from.corners[edges].position, from.corners[edges].id);
 }
 
 V3f polygon_normal(const Feature& polygon, const V3f& outward) {
@@ -111,7 +112,8 @@ void clip_against(const Feature& reference, const V3f& face, const Feature& inci
                   const V3f& outward, bool a_is_reference, PointList& list) {
   Polygon polygons[2];
   Polygon *now = &polygons[0], *next = &polygons[1];
-  for (std::uint32_t i = 0; i < incident.count; ++i) now->add(incident.points[i], incident.ids[i]);
+  for (std::uint32_t i = 0; i < incident.count; ++i)
+    now->add(true, incident.points[i], incident.ids[i]);
   const bool closed = incident.count > 2;
   const float tolerance = kClipTolerance * size(reference);
   for (std::uint32_t i = 0; i < reference.count && now->count > 0; ++i) {

@@ -446,6 +446,7 @@ bool convex_convex(const PlacedShape& a, const PlacedShape& b, Query& query, Con
   const double radii = ca.radius() + cb.radius();
   const Way way = separation(ca, cb, query);
   if (!(way.depth < 1e300)) return false;
+  query.apart = core::rounded_to_float(-way.depth - radii);
   if (-way.depth - radii > double(query.margin)) return true;
   // Triangles share one cache.
   if (b.triangle == nullptr) query.cache = pack(way.normal);

@@ -6,6 +6,7 @@
 //   Threads  pure functions.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -52,6 +53,8 @@ struct Query {
   float touch = 3e38f;                  // m: gap up to which a fast pair touches; else no limit
   std::uint32_t cache = 0;              // ContactPair::cache
   core::AxisMemory* memory = nullptr;   // of two polytopes; null: `cache` must be 0
+  // m, set by kernels that know: if there is no contact, the shapes are apart by so much at least.
+  float apart = 0;
 
   float normal_velocity(const V3f& position, const V3f& normal) const {
     return core::dot(normal, linear + core::cross(angular, position));
@@ -87,7 +90,12 @@ class PointList {
         normal_(normal),
         speed_(core::dot(normal, query.linear)),
         gradient_(core::cross(normal, query.angular)) {}
-  void add(const V3f& position, float separation, std::uint32_t feature);
+  void add(const V3f& position, float separation, std::uint32_t feature) {
+    const float vn = speed_ + core::dot(gradient_, position);
+    // Negated, so that NaN is left out.
+    if (!(separation + query_.dt * (vn < 0 ? vn : 0) <= query_.slop)) return;
+    if (count_ < kCapacity) points_[count_++] = {position, separation, feature};
+  }
   std::uint32_t size() const { return count_; }
   ContactPoint* begin() { return points_; }
   ContactPoint* end() { return points_ + count_; }
@@ -117,7 +125,11 @@ void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& n
                    ContactPatch& patch);
 
 // A unit vector along v, or `otherwise` if v is too short to have a direction.
-V3f direction(const V3f& v, const V3f& otherwise);
+inline V3f direction(const V3f& v, const V3f& otherwise) {
+  const float squared = core::dot(v, v);
+  if (!(squared > 1e-30f)) return otherwise;
+  return v * (1 / std::sqrt(squared));
+}
 // Some unit vector at right angles to a unit vector; continuous except near one great circle.
 V3f perpendicular(const V3f& unit);
 

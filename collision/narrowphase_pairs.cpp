@@ -95,7 +95,8 @@ inline PairApproach approach_of(const StepContext& step, const core::ContactPair
   return approach;
 }
 
-// See Query::touch.
+}  // namespace
+
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
   const core::Bodies& bodies = *step.bodies;
   int fast = 0;
@@ -113,11 +114,11 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
     return kNoTouch;
   const ShapeType type_a = step.colliders->rows[pair.a].type;
   const ShapeType type_b = step.colliders->rows[pair.b].type;
-  // Nothing is swept against a height field: its contacts must foresee.
-  if (type_a == ShapeType::height_field || type_b == ShapeType::height_field) return kNoTouch;
   const bool plane = type_a == ShapeType::plane || type_b == ShapeType::plane;
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
+
+namespace {
 
 inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair,
                           const PairApproach& approach) {
@@ -167,19 +168,20 @@ void prefetch_pair(const StepContext& step, const core::ContactPair& pair) {
   fetch(&step.bodies->motion[pair.body_b].angular);
   fetch(&step.colliders->rows[pair.b].type);
   fetch(&step.colliders->rows[pair.b].size);
-  if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
+  if (!(pair.flags & core::kTouching)) return;
+  prefetch(step.contacts->manifolds[pair.first_manifold]);
+  if (pair.cache != 0) fetch(&step.contacts->axis_memory[pair.first_manifold]);
 }
 
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {
   return approach_of(step, pair);
 }
 
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach) {
-  const float most = (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
-                      reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b])) +
-                     approach.margin;
-  return dot(approach.between, approach.between) > most * most;
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach) {
+  return length(approach.between) -
+         (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
+          reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b]));
 }
 
 PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
@@ -437,6 +439,57 @@ void store_patches(const StepContext& step, core::ContactPair& pair, const Patch
   if (pair.manifold_count == 0 && count > 0)
     core::set_materials(contacts, pair, step.colliders->rows[pair.a], step.colliders->rows[pair.b]);
   pair.manifold_count = static_cast<std::uint16_t>(count);
+}
+
+void store_point(const StepContext& step, core::ContactPair& pair, const V3f& normal,
+                 const ContactPoint& point, const V3f& linear) {
+  Manifold& manifold = step.contacts->manifolds[pair.first_manifold];
+  const bool same = pair.manifold_count == 1 && manifold.point_count == 1 &&
+                    manifold.feature[0] == point.feature &&
+                    dot(manifold.normal, normal) > kSameNormal;
+  if (!same) {
+    PatchSet patches;
+    patches.count = 1;
+    patches.patch[0].normal = normal;
+    patches.patch[0].count = 1;
+    patches.patch[0].points[0] = point;
+    return store_patches(step, pair, patches, linear, {0, 0, 0});
+  }
+  manifold.normal = normal;
+  manifold.points[0] = {point.position, point.separation};
+  manifold.total_impulse = 0;
+  manifold.approach_speed = std::max(0.0f, -dot(normal, linear));
+}
+
+bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
+                              core::ContactPair& pair) {
+  const Collider& a = step.colliders->rows[pair.a];
+  const Collider& b = step.colliders->rows[pair.b];
+  if (a.type != ShapeType::sphere || b.type != ShapeType::sphere) return false;
+  if ((pair.flags & core::kSensorPair) || !centered(a) || !centered(b)) return false;
+  const core::Bodies& bodies = *step.bodies;
+  const float radii = a.size.x + b.size.x, dt = core::rounded_to_float(step.dt);
+  const V3f between = difference(bodies.pose[pair.body_b].center, bodies.pose[pair.body_a].center);
+  const V3f velocity =
+      difference(bodies.motion[pair.body_b].linear, bodies.motion[pair.body_a].linear);
+  const float squared = dot(between, between), near = radii + kSpeculativeDistance;
+  const auto part = [&](float separation) {
+    clear_contact(pair);
+    known.note(pair, separation);
+    return true;
+  };
+  if (squared > near * near && dot(between, velocity) >= 0) return part(std::sqrt(squared) - radii);
+
+  const V3f normal = direction(between, {0, 1, 0});
+  const float separation = dot(between, normal) - radii, vn = dot(normal, velocity);
+  // Negated, so that NaN is left out.
+  if (!(separation + dt * std::min(vn, 0.0f) <= kSpeculativeDistance)) return part(separation);
+  const float way = -vn * dt;
+  if (separation > 0 && way > kSpeculativeDistance && separation > fast_touch(step, pair, between))
+    return clear_contact(pair), true;
+  store_point(step, pair, normal, {normal * (a.size.x + 0.5f * separation), separation, 0},
+              velocity);
+  return true;
 }
 
 }  // namespace skerry::collision

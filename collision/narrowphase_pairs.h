@@ -1,6 +1,7 @@
 // From a pair of colliders to a query in the pair's own frame, and from patches back to manifolds.
 #pragma once
 
+#include "collision/apart_pairs.h"
 #include "collision/narrowphase_kernels.h"
 #include "core/step_context.h"
 
@@ -15,14 +16,22 @@ struct PairApproach {
 };
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair);
 
-// True if the spheres about the two bodies that hold the colliders are too far apart for a contact.
-bool out_of_reach(const StepContext& step, const core::ContactPair& pair,
-                  const PairApproach& approach);
+// m: how far the spheres about the two bodies that hold the colliders are apart; negative: they overlap.
+float spheres_apart(const StepContext& step, const core::ContactPair& pair,
+                    const PairApproach& approach);
+
+// See Query::touch. `between` as in PairApproach.
+float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between);
 
 // Fetches a manifold that will be written.
 void prefetch(const core::Manifold& manifold);
 // Fetches what will be read of a pair, and the manifold it had.
 void prefetch_pair(const StepContext& step, const core::ContactPair& pair);
+
+// Two spheres about the centres of their bodies, where no turning matters: the whole way from the
+// pair to its manifold. False, and nothing done, for any other pair.
+bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
+                              core::ContactPair& pair);
 
 // Two colliders, in the frame whose origin is the centre of mass of body a.
 struct PairFrame {
@@ -65,6 +74,10 @@ void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear, 
 // Query.
 void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular);
+
+// The same for a patch of one point, at less cost where the point was there before.
+void store_point(const StepContext& step, core::ContactPair& pair, const V3f& normal,
+                 const ContactPoint& point, const V3f& linear);
 
 // Forgets the pair's contact.
 void clear_contact(core::ContactPair& pair);

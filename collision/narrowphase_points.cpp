@@ -42,22 +42,9 @@ class Choice {
 
 }  // namespace
 
-V3f direction(const V3f& v, const V3f& otherwise) {
-  const float squared = dot(v, v);
-  if (!(squared > 1e-30f)) return otherwise;
-  return v * (1 / std::sqrt(squared));
-}
-
 V3f perpendicular(const V3f& unit) {
   const V3f other = std::fabs(unit.y) < 0.7f ? V3f{0, 1, 0} : V3f{1, 0, 0};
   return direction(cross(unit, other), {0, 0, 1});
-}
-
-void PointList::add(const V3f& position, float separation, std::uint32_t feature) {
-  const float vn = speed_ + dot(gradient_, position);
-  // Negated, so that NaN is left out.
-  if (!(separation + query_.dt * (vn < 0 ? vn : 0) <= query_.slop)) return;
-  if (count_ < kCapacity) points_[count_++] = {position, separation, feature};
 }
 
 void single_point(const Query& query, const V3f& normal, const V3f& position, float separation,

@@ -35,6 +35,18 @@ float moved(const AxisMemory& memory, const AxisQuery& query) {
   return core::length(query.offset - memory.offset) + std::sqrt(squared) * query.b.radius;
 }
 
+// How the shapes move in this step (see AxisQuery).
+void foresee(const PlacedShape& a, const PlacedShape& b, const Query& query, AxisQuery& ask) {
+  // Points of a contact are no farther than this from the middle of the smaller shape.
+  const float radius = std::min(ask.a.radius, ask.b.radius) + query.margin;
+  const V3f middle = ask.a.radius < ask.b.radius ? a.center : b.center, w = query.angular;
+  ask.way = transposed_times(a.axes, query.linear + cross(w, middle)) * query.dt;
+  // The 1-norm spares a root.
+  ask.spin = ((std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z)) * (radius * query.dt);
+  ask.margin = query.margin;
+  ask.slop = query.slop;
+}
+
 // Faces over edges and a's faces over b's, unless the other is better by more than a tolerance;
 // what was chosen last time wins ties.
 Axis prefer(const AxisAnswer& answer, AxisName::Kind last, float tolerance) {
@@ -101,6 +113,18 @@ bool has_deepest(PointList& list, const AxisFound& axis, float tolerance) {
   return deepest <= axis.separation + tolerance;
 }
 
+// Of the two faces beside an edge the one that looks more along a direction.
+void face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward,
+                 Feature& feature) {
+  if (shape.collider->type != ShapeType::hull) return facing_feature(shape, toward, feature);
+  const core::HullGeometry& hull = *shape.collider->hull;
+  const core::HullGeometry::Edge& sides = hull.edges[edge];
+  const V3f d = transposed_times(shape.axes, toward);
+  const bool left =
+      dot(d, hull.faces[sides.left_face].normal) >= dot(d, hull.faces[sides.right_face].normal);
+  face_feature(shape, left ? sides.left_face : sides.right_face, feature);
+}
+
 // Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
 // at right angles to the axis, other edges meet along almost the same one, and the point of a single
 // pair of edges would jump from one end of the contact to the other (docs/decisions/0017). (Not with
@@ -109,8 +133,8 @@ void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedSh
                      PointList& list) {
   if (b.triangle == nullptr) {
     Feature face_a, face_b;
-    facing_feature(a, axis.normal, face_a);
-    facing_feature(b, -axis.normal, face_b);
+    face_beside(a, axis.name.a, axis.normal, face_a);
+    face_beside(b, axis.name.b, -axis.normal, face_b);
     clip_features(face_a, face_b, axis.normal, list);
     // A face that slopes and is cut a little beyond its rim seems deeper there than the edge is.
     for (ContactPoint& point : list) point.separation = std::max(point.separation, axis.separation);
@@ -167,12 +191,13 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
   ask.rotation = {transposed_times(a.axes, b.axes.c0), transposed_times(a.axes, b.axes.c1),
                   transposed_times(a.axes, b.axes.c2)};
   ask.offset = transposed_times(a.axes, b.center - a.center);
-  ask.margin = query.margin;
+  foresee(a, b, query, ask);
   ask.tolerance = kTie * size;
   const AxisName last = AxisName::unpack(query.cache);
   if (last.kind != AxisName::kNothing) {
     ask.recalled = recall_axis(ask, last);
-    if (ask.recalled.separation > query.margin) return;
+    query.apart = ask.recalled.separation;
+    if (parts(ask, ask.recalled)) return;
     const float best = query.memory->separation + moved(*query.memory, ask);
     if (ask.recalled.separation > best - kKeptAxis * size)
       return contact(placed(ask.recalled, a, b, ask), a, b, query, size, patch);
@@ -181,6 +206,7 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
   search_axes(ask, answer);
   if (answer.apart.name.kind != AxisName::kNothing) {
     query.cache = answer.apart.name.pack();
+    query.apart = answer.apart.separation;
     // Nothing is known of the other axes: this one is good only while it parts the shapes.
     if (query.memory != nullptr) query.memory->separation = 3e38f;
     return;

@@ -26,11 +26,12 @@ float half_height(const PlacedShape& shape) { return shape.collider->size.y; }
 float clamp(float value, float low, float high) { return std::min(std::max(value, low), high); }
 
 // Two balls about points of their shapes. `otherwise` is the normal if the points coincide.
-void balls(const V3f& pa, float ra, const V3f& pb, float rb, const V3f& otherwise,
-           const Query& query, ContactPatch& patch) {
+void balls(const V3f& pa, float ra, const V3f& pb, float rb, const V3f& otherwise, Query& query,
+           ContactPatch& patch) {
   const V3f r = pb - pa;
   const V3f normal = direction(r, otherwise);
   const float separation = dot(r, normal) - (ra + rb);
+  query.apart = separation;
   single_point(query, normal, pa + normal * (ra + 0.5f * separation), separation, 0, patch);
 }
 
@@ -84,6 +85,7 @@ void sphere_box(const PlacedShape& a, const PlacedShape& b, Query& query, Contac
     separation = face.separation - radius(a);
   }
   const V3f normal = -(b.axes * out);
+  query.apart = separation;
   single_point(query, normal, a.center + normal * (radius(a) + 0.5f * separation), separation, 0,
                patch);
 }
@@ -140,11 +142,15 @@ void sphere_hull(const PlacedShape& a, const PlacedShape& b, Query& query, Conta
   }
   const V3f normal = -(b.axes * out);
   const float separation = height - radius(a);
+  query.apart = separation;
   single_point(query, normal, a.center + normal * (radius(a) + 0.5f * separation), separation, 0,
                patch);
 }
 
 namespace {
+
+// The sine below which nearest_parameters may take other points than the nearest.
+constexpr float kNearlyNearest = 1e-3f;
 
 // Points of the two axes at the parameters that are nearest to each other, m from the centres.
 struct AxisParameters {
@@ -153,7 +159,7 @@ struct AxisParameters {
 AxisParameters nearest_parameters(const V3f& between, const V3f& ua, const V3f& ub, float ha,
                                   float hb) {
   const float cosine = dot(ua, ub), da = dot(ua, between), db = dot(ub, between);
-  const float sine_squared = std::max(1 - cosine * cosine, 1e-6f);
+  const float sine_squared = std::max(1 - cosine * cosine, kNearlyNearest * kNearlyNearest);
   const float sa = clamp((da - cosine * db) / sine_squared, -ha, ha);
   const float sb = clamp(cosine * sa - db, -hb, hb);
   return {clamp(cosine * sb + da, -ha, ha), sb};
@@ -197,6 +203,8 @@ void capsule_capsule(const PlacedShape& a, const PlacedShape& b, Query& query,
       side_by_side(a, b, normal, query, patch))
     return;
   balls(pa, radius(a), pb, radius(b), otherwise, query, patch);
+  // Of axes that are all but parallel these are not quite the nearest points.
+  query.apart -= kNearlyNearest * (half_height(a) + half_height(b));
 }
 
 // -- Capsule and box. In box axes: the capsule's axis is p + t d, t in [-1, 1].
@@ -317,14 +325,14 @@ void capsule_box(const PlacedShape& a, const PlacedShape& b, Query& query, Conta
                   transposed_times(b.axes, a.axes.c1 * half_height(a))};
   const float t = nearest_parameter(axis, half);
   const V3f gap = axis.at(t) - clamped(axis.at(t), half);
-  const float squared = dot(gap, gap);
+  const float squared = dot(gap, gap), distance = std::sqrt(squared);
   patch.count = 0;
+  query.apart = distance - r;
   if (squared > (r + query.margin) * (r + query.margin)) return;
 
   WayOut way;
   const float size = std::max(half.x, std::max(half.y, half.z));
   if (squared > 1e-12f * size * size) {
-    const float distance = std::sqrt(squared);
     way = {gap * (1 / distance), distance};
   } else {
     way = way_out(axis, half);

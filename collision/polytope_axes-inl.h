@@ -60,10 +60,11 @@ FaceAxis widest_face(const PolytopeLanes& self, const PolytopeLanes& other, cons
 
 // Edges that may be part of the best axis.
 struct EdgeBlock {
-  static constexpr std::uint32_t kCapacity = 64;
+  static constexpr std::uint32_t kCapacity = 64, kStride = kCapacity + PolytopeLanes::kPad;
   std::uint32_t count = 0;
   std::uint32_t edge[kCapacity];
-  alignas(64) float rows[PolytopeLanes::kLeftOffset][kCapacity];  // tail, along, left, right
+  // Tail, along, left, right; behind the last edge zeros, which cross nothing on the Gauss map.
+  alignas(64) float rows[PolytopeLanes::kLeftOffset][kStride];
 };
 
 // Takes edges from `first` on until the block is full; returns the first that is left. `w` is a
@@ -81,16 +82,17 @@ std::uint32_t take_edges(const PolytopeLanes& self, const core::V3f& w, float th
     };
     const L most = max(height(PolytopeLanes::kLeft, PolytopeLanes::kLeftOffset),
                        height(PolytopeLanes::kRight, PolytopeLanes::kRightOffset));
-    for (unsigned set = bits((most > L(threshold)) | (most > L(0.0f))); set != 0; set &= set - 1)
+    const typename L::Mask chosen = (most > L(threshold)) | (most > L(0.0f));
+    unsigned set = bits(chosen);
+    if (set == 0) continue;
+    for (std::uint32_t row = 0; row < PolytopeLanes::kLeftOffset; ++row)
+      pack(chosen, L::load(self.edges + row * self.edge_stride + i), block.rows[row] + block.count);
+    for (; set != 0; set &= set - 1)
       block.edge[block.count++] = i + static_cast<std::uint32_t>(std::countr_zero(set));
   }
+  const L zero = L(0.0f);
   for (std::uint32_t row = 0; row < PolytopeLanes::kLeftOffset; ++row)
-    for (std::uint32_t k = 0; k < block.count; ++k)
-      block.rows[row][k] = self.edges[row * self.edge_stride + block.edge[k]];
-  // Zeroes cross nothing on the Gauss map.
-  const std::uint32_t end = (block.count + L::kLanes - 1) / L::kLanes * L::kLanes;
-  for (std::uint32_t row = 0; row < PolytopeLanes::kLeftOffset; ++row)
-    for (std::uint32_t k = block.count; k < end; ++k) block.rows[row][k] = 0;
+    pack(zero < zero, zero, block.rows[row] + block.count);
   return i;
 }
 
@@ -101,19 +103,19 @@ void transform(const AxisQuery& query, EdgeBlock& block) {
     for (const std::uint32_t row : {PolytopeLanes::kTail, PolytopeLanes::kAlong,
                                     PolytopeLanes::kLeft, PolytopeLanes::kRight}) {
       float* at = block.rows[row] + k;
-      Vec<L> v = load3<L>(at, EdgeBlock::kCapacity, 0);
+      Vec<L> v = load3<L>(at, EdgeBlock::kStride, 0);
       if (row == PolytopeLanes::kTail) v = v - spread<L>(query.offset);
       v = into(query.rotation, v);
       v.x.store(at);
-      v.y.store(at + EdgeBlock::kCapacity);
-      v.z.store(at + 2 * EdgeBlock::kCapacity);
+      v.y.store(at + EdgeBlock::kStride);
+      v.z.store(at + 2 * EdgeBlock::kStride);
     }
 }
 
 template <class L>
 void search_block(const EdgeBlock& a, const EdgeBlock& b, Axis& edges) {
   const auto lanes_of_b = [&](std::uint32_t row, std::uint32_t k) SKERRY_LANES {
-    return load3<L>(b.rows[row] + k, EdgeBlock::kCapacity, 0);
+    return load3<L>(b.rows[row] + k, EdgeBlock::kStride, 0);
   };
   Best<L> best = none_yet<L>();
   for (std::uint32_t k = 0; k < b.count; k += L::kLanes) {
@@ -213,14 +215,14 @@ void search_axes_lanes(const AxisQuery& query, AxisAnswer& answer) {
   answer = {};
   const FaceAxis fa = widest_face<L>(query.a, query.b, query.rotation, query.offset);
   answer.face_a = {{AxisName::kFaceOfA, fa.face, 0}, fa.separation};
-  if (fa.separation > query.margin) {
+  if (parts(query, answer.face_a)) {
     answer.apart = answer.face_a;
     return;
   }
   const FaceAxis fb =
       widest_face<L>(query.b, query.a, transposed(query.rotation), offset_in_b(query));
   answer.face_b = {{AxisName::kFaceOfB, 0, fb.face}, fb.separation};
-  if (fb.separation > query.margin) {
+  if (parts(query, answer.face_b)) {
     answer.apart = answer.face_b;
     return;
   }
@@ -237,5 +239,5 @@ void search_axes_lanes(const AxisQuery& query, AxisAnswer& answer) {
     threshold = std::max(threshold, query.recalled.separation - query.tolerance);
   widest_edges<L>(query, transposed_times(query.rotation, nearest_a - query.offset),
                   query.rotation * nearest_b + query.offset, threshold, answer.edges);
-  if (answer.edges.separation > query.margin) answer.apart = answer.edges;
+  if (parts(query, answer.edges)) answer.apart = answer.edges;
 }

@@ -25,18 +25,30 @@ struct Axis {
 
 struct AxisQuery {
   PolytopeLanes a, b;
-  core::M3f rotation;   // axes of b in the frame of a
-  core::V3f offset;     // origin of b in the frame of a
-  float margin = 0;     // m: beyond this separation the search ends
+  core::M3f rotation;  // axes of b in the frame of a
+  core::V3f offset;    // origin of b in the frame of a
+  float margin = 0;    // m: beyond this separation the search ends, as where an axis parts the two
+  // How b's points move in this step, in a's frame: by `way` (m), and turning adds at most `spin` (m).
+  // An axis along which the two will not come as near as `slop` (m) parts them to the end of the step,
+  // whatever other axes foresee.
+  core::V3f way{0, 0, 0};
+  float spin = 0;
+  float slop = 3e38f;
   float tolerance = 0;  // m: edges are of interest if they reach the best face less this
   // The axis of last time, as recall_axis found it. Edges of less separation are not looked for.
   Axis recalled;
 };
 
 struct AxisAnswer {
-  Axis apart;                  // an axis beyond the margin, if one was met; the search ended there
+  Axis apart;                  // an axis that parts the two, if one was met; the search ended there
   Axis face_a, face_b, edges;  // the best of each kind; lowest index among equals
 };
+
+// The unit direction of an axis in a's frame, from a to b.
+core::V3f axis_normal(const AxisQuery& query, const AxisName& name);
+
+// Does an axis part the shapes to the end of the step?
+bool parts(const AxisQuery& query, const Axis& axis);
 
 // The named axis as the shapes are now: nothing if they have no such axis.
 Axis recall_axis(const AxisQuery& query, const AxisName& name);

@@ -1,10 +1,11 @@
 // ProxyBroadphase: fat boxes and who moved.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "collision/height_field.h"
+#include "collision/marks.h"
+#include "collision/motion_bounds.h"
 #include "collision/proxy_broadphase.h"
 #include "core/assert.h"
 #include "core/rounding.h"
@@ -26,20 +27,13 @@ constexpr float kMostMargin = 0.1f;    // m
 // fast bodies do not sweep up pairs.
 constexpr double kForeseenSteps = 4;
 
-double sum_of_sizes(double x, double y, double z) {
-  return std::abs(x) + std::abs(y) + std::abs(z);
-}
-
 // Upper bound of how far a step's spin moves a point, over the reach; the 1-norm spares a root.
-double spin(const core::BodyMotion& motion, double dt) {
-  return sum_of_sizes(motion.angular.x(), motion.angular.y(), motion.angular.z()) * dt;
-}
+double spin(const core::BodyMotion& motion, double dt) { return sum_of_sizes(motion.angular) * dt; }
 
-// Upper bound of |chord| between two unit quaternions, times 2: a point at distance r from the
-// centre has moved by less than r times this. (2 sin(a/2) <= 2 |q - p|, a the angle between.)
+// See twice_chord.
 double turn(const Quat& q, const double p[4]) {
-  const double dw = q.w() - p[0], dx = q.x() - p[1], dy = q.y() - p[2], dz = q.z() - p[3];
-  return 2 * (std::abs(dw) + sum_of_sizes(dx, dy, dz));
+  const double now[4] = {q.w(), q.x(), q.y(), q.z()};
+  return twice_chord(now, p);
 }
 
 float down(double value) {
@@ -142,21 +136,13 @@ void ProxyBroadphase::describe(const core::Bodies& bodies, const core::Colliders
   leash.room = std::max(leash.room, nudged_up(double(room_of(row))));
 }
 
-void ProxyBroadphase::mark(ColliderIndex collider, Mark bits) {
-  if (!marks_[collider]) touched_.push_back(collider);
-  marks_[collider] |= bits;
-}
-
 void ProxyBroadphase::add(const core::Bodies& bodies, const core::Colliders& colliders,
                           BodyIndex body) {
   if (body >= leashes_.size()) {
     leashes_.resize(body + 1);
-    enlarged_.resize(body + 1, 0);
+    travels_.grow(body + 1);
   }
-  if (leashes_[body].proxies == 0) {
-    leashes_[body] = {};
-    enlarged_[body] = 0;
-  }
+  if (leashes_[body].proxies == 0) leashes_[body] = {};
   added_.clear();
   for (ColliderIndex collider = bodies.first_collider[body]; collider != kNone;
        collider = colliders.rows[collider].next_in_body) {
@@ -212,9 +198,10 @@ void ProxyBroadphase::touch(const core::Bodies& bodies, const core::Colliders& c
 void ProxyBroadphase::touch_body(const core::Bodies& bodies, const core::Colliders& colliders,
                                  BodyIndex body) {
   set_leash(bodies, body, last_dt_);
+  travels_.forget(body);
   for_proxies_of(bodies, colliders, body, [&](ColliderIndex collider) {
     fat_[collider] = fattened(bodies, colliders.rows[collider], body);
-    mark(collider, kTouched);
+    marks_[collider] |= kTouched;
   });
 }
 
@@ -265,9 +252,9 @@ bool ProxyBroadphase::holds(const Leash& leash, const core::BodyPose& pose,
   const double turned = (turn(pose.orientation, leash.orientation) + spin(motion, dt)) * reach;
   const double gone[3] = {pose.center.x() - leash.center[0], pose.center.y() - leash.center[1],
                           pose.center.z() - leash.center[2]};
-  const double farthest =
-      sum_of_sizes(gone[0], gone[1], gone[2]) + (double(kSpeculativeDistance) + turned) +
-      sum_of_sizes(motion.linear.x(), motion.linear.y(), motion.linear.z()) * dt;
+  const double farthest = sum_of_sizes(gone[0], gone[1], gone[2]) +
+                          (double(kSpeculativeDistance) + turned) +
+                          sum_of_sizes(motion.linear) * dt;
   if (farthest <= double(leash.least)) return true;
   const double free = double(kSpeculativeDistance) + std::min(turned, double(leash.room));
   return holds_along(leash, pose, motion, dt, free);
@@ -292,6 +279,8 @@ void ProxyBroadphase::update_bounds(const StepContext& step, IndexRange awake_bo
   for (std::uint32_t i = awake_bodies.begin; i < awake_bodies.end; ++i) {
     const BodyIndex body = bodies.awake[i];
     if (body >= leashes_.size() || leashes_[body].proxies == 0) continue;
+    travels_.update(body, bodies.pose[body], bodies.motion[body], double(leashes_[body].reach),
+                    step.dt);
     if (holds(leashes_[body], bodies.pose[body], bodies.motion[body], step.dt)) continue;
     // A body that has left by its translation alone needs no exact test.
     const bool may_be_inside = holds_along(leashes_[body], bodies.pose[body], bodies.motion[body],
@@ -343,22 +332,20 @@ void ProxyBroadphase::enlarge(const StepContext& step, BodyIndex body) {
   set_leash(*step.bodies, body, step.dt);
   for_proxies_of(*step.bodies, *step.colliders, body, [&](ColliderIndex collider) {
     fat_[collider] = fattened(*step.bodies, step.colliders->rows[collider], body);
+    marks_[collider] |= kMoved;
   });
-  enlarged_[body] = 1;
 }
 
-void ProxyBroadphase::refit(const StepContext& step, Task&) {
+void ProxyBroadphase::refit(const StepContext& step, Task& task) {
   last_dt_ = step.dt > 0 ? step.dt : last_dt_;
   if (workers_.size() < step.worker_count) workers_.resize(step.worker_count);
   touch_rejoined(step);
   touch_quarantined(step);
-  gather_moved(step);
+  gather_moved();
   proxies_touched_ = moved_.size();
   for (WorkerBuffers& worker : workers_) worker.found = 0;
-  for (const ColliderIndex collider : moved_)
-    if (!(proxies_[collider].flags & kIsPlane))
-      move(collider, fat_[collider], of_fixed(proxies_[collider]));
-  settle();
+  move(bounded_, task);
+  settle(task);
   if (partner_.size() != step.contacts->pairs.size()) {  // dropped since the last step
     index_pairs(*step.contacts);
     list_stale_ = true;
@@ -376,7 +363,7 @@ void ProxyBroadphase::touch_rejoined(const StepContext& step) {
     const auto body = static_cast<BodyIndex>(key >> 32);
     if (body >= step.bodies->rows()) continue;
     for_proxies_of(*step.bodies, *step.colliders, body,
-                   [&](ColliderIndex collider) { mark(collider, kTouched); });
+                   [&](ColliderIndex collider) { marks_[collider] |= kTouched; });
   }
   last_no_collide_ = now;
 }
@@ -388,32 +375,21 @@ void ProxyBroadphase::touch_quarantined(const StepContext& step) {
   for (const BodyIndex body : last_awake_)
     if (body < bodies.rows() && bodies.is(body, core::kAlive | core::kQuarantined))
       for_proxies_of(bodies, *step.colliders, body,
-                     [&](ColliderIndex collider) { mark(collider, kTouched); });
+                     [&](ColliderIndex collider) { marks_[collider] |= kTouched; });
 }
 
-void ProxyBroadphase::gather_moved(const StepContext& step) {
+void ProxyBroadphase::gather_moved() {
   moved_.clear();
-  for (const ColliderIndex collider : touched_) {
-    if (proxies_[collider].flags & kPresent)
-      moved_.push_back(collider);
-    else
+  bounded_.clear();
+  for_marked(marks_, [&](ColliderIndex collider) {
+    const std::uint32_t flags = proxies_[collider].flags;
+    if (!(flags & kPresent)) {
       marks_[collider] = 0;
-  }
-  touched_.clear();
-  const std::uint8_t* const begin = enlarged_.data();
-  const std::uint8_t* const end = begin + enlarged_.size();
-  for (const std::uint8_t* at = begin; at != end; ++at) {
-    at = static_cast<const std::uint8_t*>(std::memchr(at, 1, static_cast<std::size_t>(end - at)));
-    if (!at) break;
-    const auto body = static_cast<BodyIndex>(at - begin);
-    enlarged_[body] = 0;
-    if (leashes_[body].proxies == 0) continue;
-    for_proxies_of(*step.bodies, *step.colliders, body, [&](ColliderIndex collider) {
-      if (!marks_[collider]) moved_.push_back(collider);
-      marks_[collider] |= kMoved;
-    });
-  }
-  std::sort(moved_.begin(), moved_.end());
+      return;
+    }
+    moved_.push_back(collider);
+    if (!(flags & kIsPlane)) bounded_.push_back(collider);
+  });
 }
 
 std::uint64_t ProxyBroadphase::proxies_touched() const {

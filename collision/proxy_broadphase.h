@@ -21,6 +21,7 @@ class ProxyBroadphase : public Broadphase {
   const Aabb& fat_bounds(ColliderIndex collider) const final { return fat_[collider]; }
   void collect(const Aabb& box, std::vector<ColliderIndex>& found) const final;
   bool is_pair(ColliderIndex a, ColliderIndex b) const final;
+  Travels& travels() final { return travels_; }
 
   void update_bounds(const StepContext& step, IndexRange awake_bodies, Task& task) final;
   void refit(const StepContext& step, Task& task) final;
@@ -33,11 +34,15 @@ class ProxyBroadphase : public Broadphase {
   // -- The structure. It holds bounded proxies only; `fixed` ones are those of fixed bodies.
   virtual void insert(ColliderIndex collider, const Aabb& box, bool fixed) = 0;
   virtual void erase(ColliderIndex collider, bool fixed) = 0;
-  virtual void move(ColliderIndex collider, const Aabb& box, bool fixed) = 0;
+  // New boxes (fat_bounds) of these, ascending.
+  virtual void move(std::span<const ColliderIndex> moved, Task& task) = 0;
   // After the changes of a step, before its queries.
-  virtual void settle() = 0;
+  virtual void settle(Task& task) = 0;
+  // Work for later steps, once beside the queries of each step that has some.
+  virtual void prepare_ahead() {}
   // Appends those whose box meets this one, in any order. Any number of threads at once.
   virtual void find(const Aabb& box, bool with_fixed, std::vector<ColliderIndex>& found) const = 0;
+  bool is_fixed(ColliderIndex collider) const { return of_fixed(proxies_[collider]); }
 
  private:
   enum ProxyFlag : std::uint32_t {
@@ -86,7 +91,6 @@ class ProxyBroadphase : public Broadphase {
   void describe(const core::Bodies& bodies, const core::Colliders& colliders,
                 ColliderIndex collider);
   void enter(ColliderIndex collider);
-  void mark(ColliderIndex collider, Mark bits);
   template <class Visit>
   void for_proxies_of(const core::Bodies& bodies, const core::Colliders& colliders,
                       core::BodyIndex body, const Visit& visit) const;
@@ -101,7 +105,7 @@ class ProxyBroadphase : public Broadphase {
 
   void touch_rejoined(const StepContext& step);
   void touch_quarantined(const StepContext& step);
-  void gather_moved(const StepContext& step);
+  void gather_moved();
 
   bool may_pair(const StepContext& step, const Proxy& a, const Proxy& b) const;
   void query_one(const StepContext& step, ColliderIndex collider, WorkerBuffers& buffers) const;
@@ -118,17 +122,17 @@ class ProxyBroadphase : public Broadphase {
   void index_owners(const std::vector<ColliderIndex>& owner, IndexRange rows);
   bool list_active(const StepContext& step, Task& task);
 
-  std::vector<Aabb> fat_;               // [collider]
-  std::vector<Proxy> proxies_;          // [collider]
-  std::vector<std::uint8_t> marks_;     // [collider]
-  std::vector<ColliderIndex> planes_;   // ascending
-  std::vector<Leash> leashes_;          // [body]
-  std::vector<std::uint8_t> enlarged_;  // [body] 1: new fat boxes in this step
-  double last_dt_ = 1.0 / 60;           // s, for fat boxes made between steps
+  std::vector<Aabb> fat_;              // [collider]
+  std::vector<Proxy> proxies_;         // [collider]
+  std::vector<std::uint8_t> marks_;    // [collider]
+  std::vector<ColliderIndex> planes_;  // ascending
+  std::vector<Leash> leashes_;         // [body]
+  Travels travels_;
+  double last_dt_ = 1.0 / 60;  // s, for fat boxes made between steps
 
   std::vector<ColliderIndex> added_;    // by the call in progress
-  std::vector<ColliderIndex> touched_;  // between steps; may repeat
   std::vector<ColliderIndex> moved_;    // in this step; ascending
+  std::vector<ColliderIndex> bounded_;  // of these, those in the structure
   std::vector<core::BodyIndex> last_awake_;
   std::vector<std::uint64_t> last_no_collide_;
 

@@ -78,6 +78,7 @@ bool ProxyBroadphase::is_pair(ColliderIndex a, ColliderIndex b) const {
 void ProxyBroadphase::query_pairs(const StepContext& step, IndexRange moved, Task& task) {
   SKERRY_ASSERT(task.worker() < workers_.size(), "StepContext::worker_count is too small");
   WorkerBuffers& buffers = workers_[task.worker()];
+  if (moved.begin == 0) prepare_ahead();  // first, as it takes longest
   for (std::uint32_t i = moved.begin; i < moved.end; ++i) query_one(step, moved_[i], buffers);
 }
 
@@ -117,8 +118,9 @@ bool ProxyBroadphase::stays(const StepContext& step, std::uint32_t row) {
   if (!overlap(fat_[a], fat_[b])) return false;
   if (!((marks_[a] | marks_[b]) & kTouched)) return true;
   if (!may_pair(step, proxies_[a], proxies_[b])) return false;
-  if (look_at_once(*step.bodies, step.contacts->pairs[row]))
-    unseen_.store(true, std::memory_order_relaxed);
+  core::ContactPair& pair = step.contacts->pairs[row];
+  step.contacts->apart_until[pair.first_manifold] = 0;
+  if (look_at_once(*step.bodies, pair)) unseen_.store(true, std::memory_order_relaxed);
   return true;
 }
 

@@ -49,3 +49,7 @@ HWY_INLINE unsigned bits(LaneMask mask) {
   hn::StoreMaskBits(Tag(), mask.m, bytes);
   return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
 }
+// Stores the chosen lanes one after the other and zeros behind them, kLanes floats in all, anywhere.
+HWY_INLINE void pack(LaneMask mask, Lane a, float* to) {
+  hn::StoreU(hn::Compress(hn::IfThenElseZero(mask.m, a.v), mask.m), Tag(), to);
+}

@@ -42,17 +42,12 @@ class SweepBroadphase final : public ProxyBroadphase {
     std::erase_if(sizes.entries, [=](const Entry& entry) { return entry.collider == collider; });
   }
 
-  void move(ColliderIndex collider, const Aabb& box, bool fixed) override {
-    if (class_of(box) != rows_[collider].size_class) {
-      erase(collider, fixed);
-      insert(collider, box, fixed);
-      return;
-    }
-    rows_[collider].box = box;
-    classes_[rows_[collider].size_class].unsorted = true;
+  void move(std::span<const ColliderIndex> moved, Task&) override {
+    for (const ColliderIndex collider : moved)
+      move_one(collider, fat_bounds(collider), is_fixed(collider));
   }
 
-  void settle() override {
+  void settle(Task&) override {
     for (SizeClass& sizes : classes_)
       if (sizes.unsorted) sort(sizes);
   }
@@ -70,6 +65,16 @@ class SweepBroadphase final : public ProxyBroadphase {
   }
 
  private:
+  void move_one(ColliderIndex collider, const Aabb& box, bool fixed) {
+    if (class_of(box) != rows_[collider].size_class) {
+      erase(collider, fixed);
+      insert(collider, box, fixed);
+      return;
+    }
+    rows_[collider].box = box;
+    classes_[rows_[collider].size_class].unsorted = true;
+  }
+
   static constexpr float kInf = std::numeric_limits<float>::infinity();
   static constexpr int kClasses = 128;
 

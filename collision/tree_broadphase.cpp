@@ -13,12 +13,23 @@ class TreeBroadphase final : public ProxyBroadphase {
     tree(fixed).insert(collider, box);
   }
   void erase(ColliderIndex collider, bool fixed) override { tree(fixed).remove(collider); }
-  void move(ColliderIndex collider, const Aabb& box, bool fixed) override {
-    tree(fixed).update(collider, box);
+  void move(std::span<const ColliderIndex> moved, Task& task) override {
+    jumped_.clear();
+    filter_.run(
+        task, static_cast<std::uint32_t>(moved.size()),
+        [&](std::uint32_t i) {
+          return !tree_of(moved[i]).update_in_place(moved[i], fat_bounds(moved[i]));
+        },
+        jumped_);
+    for (const std::uint32_t i : jumped_) tree_of(moved[i]).update(moved[i], fat_bounds(moved[i]));
   }
-  void settle() override {
-    moving_.refit();
-    fixed_.refit();
+  void settle(Task& task) override {
+    moving_.refit(&task);
+    fixed_.refit(&task);
+  }
+  void prepare_ahead() override {
+    moving_.build_ahead();
+    fixed_.build_ahead();
   }
   void find(const Aabb& box, bool with_fixed, std::vector<ColliderIndex>& found) const override {
     const auto append = [&](std::uint32_t collider) { found.push_back(collider); };
@@ -28,9 +39,12 @@ class TreeBroadphase final : public ProxyBroadphase {
 
  private:
   BoxTree& tree(bool fixed) { return fixed ? fixed_ : moving_; }
+  BoxTree& tree_of(ColliderIndex collider) { return tree(is_fixed(collider)); }
 
   BoxTree moving_;
   BoxTree fixed_;
+  jobs::RowFilter filter_;
+  std::vector<std::uint32_t> jumped_;  // rows of the moved ones
 };
 
 }  // namespace

@@ -20,10 +20,12 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
     const auto first = static_cast<std::uint32_t>(table.manifolds.size());
     table.manifolds.resize(first + capacity);
     table.axis_memory.resize(first + capacity);
+    table.apart_until.resize(first + capacity, 0);
     return first;
   }
   const std::uint32_t first = rows.back();
   rows.pop_back();
+  table.apart_until[first] = 0;
   return first;
 }
 

@@ -67,9 +67,12 @@ struct AxisMemory {
 };
 
 struct ContactTable {
-  std::vector<ContactPair> pairs;          // ascending key
-  std::vector<Manifold> manifolds;         // pool; a pair's manifolds are consecutive
-  std::vector<AxisMemory> axis_memory;     // [manifolds], in the row of a pair's first
+  std::vector<ContactPair> pairs;       // ascending key
+  std::vector<Manifold> manifolds;      // pool; a pair's manifolds are consecutive
+  std::vector<AxisMemory> axis_memory;  // [manifolds], in the row of a pair's first
+  // [manifolds], likewise: m, up to which the ways of the two bodies may add up (collision::Travels)
+  // before the pair can have a contact; 0 for a new pair.
+  std::vector<double> apart_until;
   std::vector<std::uint32_t> free_single;  // free rows of capacity 1
   std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
   // Rows of pairs with an awake body, and of those to be looked at once; the narrowphase's items.
@@ -78,7 +81,7 @@ struct ContactTable {
   std::vector<ContactPair> ended;
 };
 
-// Manifold pool. What is taken holds anything.
+// Manifold pool. What is taken holds anything but apart_until.
 std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
 

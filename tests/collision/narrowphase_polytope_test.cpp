@@ -190,5 +190,47 @@ TEST(NarrowphasePolytope, a_kept_axis_is_as_deep_as_a_fresh_one) {
   EXPECT_GT(kept, 5000);
 }
 
+// Contacts foresee: what they leave out must not be missed by the end of the step, from a fresh search
+// nor from a kept axis.
+TEST(NarrowphasePolytope, a_pair_without_contact_does_not_overlap_at_the_end_of_the_step) {
+  Random random(14);
+  int without = 0, approaching = 0;
+  const int pairs = rounds(1500);
+  for (int i = 0; i < pairs; ++i) {
+    const ConvexHull a = random_hull(random, 6, 20), b = random_hull(random, 6, 20);
+    Pose poses[2] = {at(Vec3::Zero(), random.rotation()), at(Vec3::Zero(), random.rotation())};
+    const Vec3 n = random.unit();
+    const double gap = random.uniform(0.006, 0.08);
+    poses[1].position = (gap - gap_along(a, poses[0], b, poses[1], n)) * n;
+    Vec3 linear[2], angular[2];
+    PairScene scene, end;
+    scene.dt = 1.0 / 60;
+    for (int k = 0; k < 2; ++k) {
+      linear[k] = random.in_box(4);
+      angular[k] = random.in_box(3);
+      for (PairScene* each : {&scene, &end}) each->add(k == 0 ? a : b, poses[k]);
+      scene.set_motion(static_cast<core::ColliderIndex>(k), linear[k], angular[k]);
+    }
+    scene.pair(0, 1);
+    end.pair(0, 1);
+    for (int k = 0; k < 2; ++k) {
+      const Quat turn = turned(scene.dt * angular[k].norm(), angular[k].normalized());
+      end.set_pose(static_cast<core::ColliderIndex>(k),
+                   {poses[k].position + scene.dt * linear[k], turn * poses[k].orientation});
+    }
+    for (int repeat = 0; repeat < 2; ++repeat) {
+      scene.collide();
+      if (scene.contact().manifold_count != 0) continue;
+      ++without;
+      end.contact().cache = 0;
+      end.collide();
+      ASSERT_GT(end.deepest(), 0) << "pair " << i;
+      approaching += -n.dot(linear[1] - linear[0]) * scene.dt > 0.02;
+    }
+  }
+  EXPECT_GT(without, pairs / 2);
+  EXPECT_GT(approaching, pairs / 20);
+}
+
 }  // namespace
 }  // namespace skerry::test

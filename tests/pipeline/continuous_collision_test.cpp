@@ -45,12 +45,17 @@ double mechanical_energy(const World& world) {
   return m.kinetic_energy + m.potential_energy;
 }
 
-// A flat mesh of n x n squares of this side about the origin, facing +y.
-std::shared_ptr<const MeshData> flat_mesh(int n, double side) {
+double flat(double, double) { return 0; }
+
+// A mesh of n x n squares of this side about the origin, facing +y.
+template <class Height>
+std::shared_ptr<const MeshData> mesh_of(int n, double side, const Height& height) {
   auto mesh = std::make_shared<MeshData>();
-  for (int z = 0; z <= n; ++z)
-    for (int x = 0; x <= n; ++x)
-      mesh->vertices.push_back({(x - 0.5 * n) * side, 0, (z - 0.5 * n) * side});
+  for (int k = 0; k <= n; ++k)
+    for (int i = 0; i <= n; ++i) {
+      const double x = (i - 0.5 * n) * side, z = (k - 0.5 * n) * side;
+      mesh->vertices.push_back({x, height(x, z), z});
+    }
   const auto row = static_cast<std::uint32_t>(n + 1);
   for (std::uint32_t z = 0; z + 1 < row; ++z)
     for (std::uint32_t x = 0; x + 1 < row; ++x) {
@@ -59,6 +64,20 @@ std::shared_ptr<const MeshData> flat_mesh(int n, double side) {
       mesh->triangles.push_back({b, c, d});
     }
   return mesh;
+}
+std::shared_ptr<const MeshData> flat_mesh(int n, double side) { return mesh_of(n, side, flat); }
+
+// Heights over n x n cells of this side about the origin of the shape that field_shape makes.
+template <class Height>
+Shape field_shape(int n, double side, const Height& height) {
+  auto field = std::make_shared<HeightFieldData>();
+  field->columns = field->rows = static_cast<std::uint32_t>(n + 1);
+  for (int z = 0; z <= n; ++z)
+    for (int x = 0; x <= n; ++x)
+      field->heights.push_back(
+          static_cast<float>(height((x - 0.5 * n) * side, (z - 0.5 * n) * side)));
+  return {HeightField{.data = std::move(field), .scale = {side, 1, side}},
+          {.local_pose = {{-0.5 * n * side, 0, -0.5 * n * side}, Quat::Identity()}}};
 }
 
 // -- A15: nothing passes.
@@ -83,6 +102,13 @@ Shape sheet() {
           {.local_pose = {{0, 0, 0}, Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()))}}};
 }
 
+Shape flat_field() {
+  const Quat upright(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()));
+  Shape field = field_shape(12, 0.5, flat);
+  field.options.local_pose = {upright * field.options.local_pose.position, upright};
+  return field;
+}
+
 class ThinWall : public testing::TestWithParam<Wall> {};
 
 TEST_P(ThinWall, stops_every_bullet_of_a_thousand_random_aims) {
@@ -105,7 +131,8 @@ TEST_P(ThinWall, stops_every_bullet_of_a_thousand_random_aims) {
 }
 INSTANTIATE_TEST_SUITE_P(ContinuousCollision, ThinWall,
                          testing::Values(Wall{"box", thin_box}, Wall{"hull", thin_hull},
-                                         Wall{"cylinder", thin_cylinder}, Wall{"mesh", sheet}),
+                                         Wall{"cylinder", thin_cylinder}, Wall{"mesh", sheet},
+                                         Wall{"height_field", flat_field}),
                          [](const auto& given) { return given.param.name; });
 
 // Where one of them meets the floor, the others stop with it: alone it would be torn off.
@@ -226,6 +253,37 @@ TEST(ContinuousCollision, a_fast_box_does_not_pass_a_mesh) {
     passed += at.y() < 0 && std::abs(at.x()) < 4.9 && std::abs(at.z()) < 4.9;
   }
   EXPECT_EQ(passed, 0);
+}
+
+// At 250 m/s, and after the first impact along the ground, from which the next hill rises.
+TEST(ContinuousCollision, no_shape_passes_hills_whether_mesh_or_height_field) {
+  const auto hill = [](double x, double z) { return 0.8 * std::sin(0.9 * x) * std::cos(0.7 * z); };
+  const Shape field = field_shape(80, 0.25, hill),
+              mesh = TriangleMesh{.data = mesh_of(80, 0.25, hill)};
+  const Shape shapes[] = {Sphere{.radius = 0.1}, Capsule{.radius = 0.05, .half_height = 0.2},
+                          Box{.half_extents = {0.1, 0.15, 0.2}},
+                          Cylinder{.radius = 0.15, .half_height = 0.1}};
+  Random random(4);
+  int passed = 0, flew_on = 0;
+  for (int i = 0; i < rounds(400); ++i) {
+    World world;
+    world.add_body({.type = BodyType::fixed, .shapes = {i / 4 % 2 == 0 ? field : mesh}});
+    const Vec3 from{random.in(-3, 3), random.in(1.5, 8), random.in(-3, 3)};
+    const double x = random.in(-3, 3), z = random.in(-3, 3);
+    const BodyId body =
+        world.add_body({.shapes = {shapes[i % 4]},
+                        .position = from,
+                        .orientation = random.rotation(),
+                        .linear_velocity = 250 * (Vec3{x, hill(x, z), z} - from).normalized(),
+                        .angular_velocity = 30 * random.on_sphere()});
+    for (int n = 0; n < 5; ++n) world.step(kDt);
+    const Vec3 at = world.pose(body).position;
+    const bool over = std::abs(at.x()) < 9.9 && std::abs(at.z()) < 9.9;
+    passed += over && at.y() < hill(at.x(), at.z()) - 0.02;
+    flew_on += at.y() < -1;
+  }
+  EXPECT_EQ(passed, 0);
+  EXPECT_EQ(flew_on, 0);
 }
 
 TEST(ContinuousCollision, bullets_meet_head_on_in_flight) {
@@ -436,44 +494,47 @@ TEST(ContinuousCollision, a_ball_that_passes_an_edge_is_not_deflected) {
       }
 }
 
-TEST(ContinuousCollision, a_ball_over_tiles_and_over_a_mesh_is_not_deflected) {
-  for (const bool mesh : {false, true})
+// Of squares of 0.7 m.
+enum class Ground { tiles, mesh, field };
+const char* name_of_ground(Ground ground) {
+  constexpr const char* kNames[] = {"tiles", "mesh", "height field"};
+  return kNames[static_cast<int>(ground)];
+}
+void add_ground(World& world, Ground ground, double friction) {
+  if (ground != Ground::tiles) {
+    const Shape shape = ground == Ground::mesh ? Shape{TriangleMesh{.data = flat_mesh(60, 0.7)}}
+                                               : field_shape(60, 0.7, flat);
+    world.add_body({.type = BodyType::fixed, .shapes = {shape}, .friction = friction});
+    return;
+  }
+  for (int x = -40; x < 40; ++x)
+    for (int z = -2; z <= 2; ++z)
+      world.add_body({.type = BodyType::fixed,
+                      .shapes = {Box{.half_extents = {0.35, 0.1, 0.35}}},
+                      .position = {0.7 * x, -0.1, 0.7 * z},
+                      .friction = friction});
+}
+
+TEST(ContinuousCollision, a_ball_over_tiles_a_mesh_or_a_height_field_is_not_deflected) {
+  for (const Ground ground : {Ground::tiles, Ground::mesh, Ground::field})
     for (const double clearance : {0.0005, 0.01})
       for (const double speed : {3.0, 40.0, 300.0}) {
         World world({.gravity = {0, 0, 0}});
-        if (mesh) {
-          world.add_body(
-              {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = flat_mesh(60, 0.7)}}});
-        } else {
-          for (int x = -20; x < 20; ++x)
-            for (int z = -2; z <= 2; ++z)
-              world.add_body({.type = BodyType::fixed,
-                              .shapes = {Box{.half_extents = {0.35, 0.1, 0.35}}},
-                              .position = {0.7 * x, -0.1, 0.7 * z}});
-        }
+        add_ground(world, ground, 0.5);
         const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.1}},
                                             .position = {-8, 0.1 + clearance, 0.123},
                                             .linear_velocity = {speed, 0, 0.01 * speed}});
         SCOPED_TRACE(testing::Message()
-                     << (mesh ? "mesh " : "tiles ") << clearance << " " << speed);
+                     << name_of_ground(ground) << " " << clearance << " " << speed);
         expect_straight(world, ball, 4);
       }
 }
 
 TEST(ContinuousCollision, a_fast_puck_on_tiles_keeps_its_way) {
-  for (const bool mesh : {false, true}) {
+  for (const Ground ground : {Ground::tiles, Ground::mesh, Ground::field}) {
+    SCOPED_TRACE(name_of_ground(ground));
     World world;
-    if (mesh) {
-      world.add_body({.type = BodyType::fixed,
-                      .shapes = {TriangleMesh{.data = flat_mesh(60, 0.7)}},
-                      .friction = 0});
-    } else {
-      for (int x = -40; x < 40; ++x)
-        world.add_body({.type = BodyType::fixed,
-                        .shapes = {Box{.half_extents = {0.35, 0.1, 3}}},
-                        .position = {0.7 * x, -0.1, 0},
-                        .friction = 0});
-    }
+    add_ground(world, ground, 0);
     const BodyId puck = world.add_body({.shapes = {Box{.half_extents = {0.1, 0.1, 0.1}}},
                                         .position = {-18, 0.1, 0.123},
                                         .linear_velocity = {40, 0, 0},

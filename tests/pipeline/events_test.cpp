@@ -330,12 +330,19 @@ std::shared_ptr<const MeshData> sheet() {
                .triangles = {{0, 1, 2}, {0, 2, 3}}});
 }
 
+std::shared_ptr<const HeightFieldData> flat_field() {
+  return std::make_shared<HeightFieldData>(
+      HeightFieldData{.columns = 3, .rows = 3, .heights = std::vector<float>(9)});
+}
+
 TEST(Sensors, are_not_missed_by_bodies_that_cross_them_within_a_step) {
   const std::vector<Shape> sensors = {
       {Box{.half_extents = {0.01, 1, 1}}, {.sensor = true}},
       {Sphere{.radius = 0.3}, {.sensor = true}},
       {Capsule{.radius = 0.1, .half_height = 0.5}, {.sensor = true}},
       {TriangleMesh{.data = sheet()}, {.sensor = true}},
+      {HeightField{.data = flat_field()},
+       {.local_pose = {{0, -1, -1}, Quat(std::sqrt(0.5), 0, 0, std::sqrt(0.5))}, .sensor = true}},
   };
   const std::vector<Shape> bodies = {Sphere{.radius = 0.05}, Box{.half_extents = {0.1, 0.05, 0.2}},
                                      Capsule{.radius = 0.03, .half_height = 0.1}};
