@@ -275,10 +275,16 @@ class Run {
   struct alignas(64) Line {
     std::byte bytes[64] = {};
   };
+  std::byte* bytes_of(std::uint32_t kind) {
+    return reinterpret_cast<std::byte*>(memory_[kind].data());
+  }
+  const std::byte* bytes_of(std::uint32_t kind) const {
+    return reinterpret_cast<const std::byte*>(memory_[kind].data());
+  }
 
   std::uint32_t block_count() const { return (kContacts + kernels_.width - 1) / kernels_.width; }
   std::byte* block_at(std::uint32_t kind, std::uint32_t block) {
-    return memory_[kind].data()->bytes + block * kernels_.kind[kind].block_bytes;
+    return bytes_of(kind) + block * kernels_.kind[kind].block_bytes;
   }
   Contact* contact_at(std::uint32_t kind, std::uint32_t block, std::uint32_t lane) {
     const std::uint32_t i = block * kernels_.width + lane;
@@ -326,8 +332,7 @@ class Run {
   void append_lane(std::vector<std::uint32_t>& all, std::uint32_t kind,
                    std::uint32_t contact) const {
     const std::uint32_t width = kernels_.width;
-    const std::byte* block =
-        memory_[kind].data()->bytes + contact / width * kernels_.kind[kind].block_bytes;
+    const std::byte* block = bytes_of(kind) + contact / width * kernels_.kind[kind].block_bytes;
     for (std::size_t slot = 0; slot < slots_[kind]; ++slot) {
       append(all, block + 4 * (slot * width + contact % width), 4);
     }
