@@ -71,8 +71,4 @@ void collide_boxes(BoxBatch& batch, int count);
 // The same source with float for lanes.
 void collide_boxes_reference(BoxBatch& batch, int count);
 
-// Runs one instruction set by its Highway name ("AVX2", "SSE4", ...); false if this machine or
-// build does not have it. For tests and benchmarks.
-bool collide_boxes_on(const char* target, BoxBatch& batch, int count);
-
 }  // namespace skerry::collision

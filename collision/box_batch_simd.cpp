@@ -1,7 +1,6 @@
 // The box kernel at the widths of this machine's instruction sets.
 
 #include "collision/box_batch.h"
-#include "collision/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "collision/box_batch_simd.cpp"
@@ -46,22 +45,6 @@ HWY_EXPORT(collide_boxes_here);
 
 void collide_boxes(BoxBatch& batch, int count) {
   HWY_DYNAMIC_DISPATCH(collide_boxes_here)(batch, count);
-}
-
-bool collide_boxes_on(const char* target, BoxBatch& batch, int count) {
-#if HWY_TARGETS & HWY_SSSE3
-  if (is_target_here(target, HWY_SSSE3)) return N_SSSE3::collide_boxes_here(batch, count), true;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (is_target_here(target, HWY_SSE4)) return N_SSE4::collide_boxes_here(batch, count), true;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (is_target_here(target, HWY_AVX2)) return N_AVX2::collide_boxes_here(batch, count), true;
-#endif
-#if HWY_TARGETS & HWY_AVX3
-  if (is_target_here(target, HWY_AVX3)) return N_AVX3::collide_boxes_here(batch, count), true;
-#endif
-  return false;
 }
 
 }  // namespace skerry::collision

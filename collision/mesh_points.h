@@ -73,7 +73,4 @@ void choose_spread(std::vector<MeshPoints::Block>& blocks, PointChoice& choice);
 // The same source with float for lanes.
 void choose_spread_reference(std::vector<MeshPoints::Block>& blocks, PointChoice& choice);
 
-// That of one instruction set, by its Highway name; null if this machine or build does not have it.
-decltype(&choose_spread) choose_spread_of(const char* target);
-
 }  // namespace skerry::collision

@@ -1,7 +1,6 @@
 // The choice of points at the widths of this machine's instruction sets.
 
 #include "collision/mesh_points.h"
-#include "collision/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "collision/mesh_points_simd.cpp"
@@ -47,22 +46,6 @@ HWY_EXPORT(choose_here);
 
 void choose_spread(std::vector<MeshPoints::Block>& blocks, PointChoice& choice) {
   HWY_DYNAMIC_DISPATCH(choose_here)(blocks, choice);
-}
-
-decltype(&choose_spread) choose_spread_of(const char* target) {
-#if HWY_TARGETS & HWY_SSSE3
-  if (is_target_here(target, HWY_SSSE3)) return N_SSSE3::choose_here;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (is_target_here(target, HWY_SSE4)) return N_SSE4::choose_here;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (is_target_here(target, HWY_AVX2)) return N_AVX2::choose_here;
-#endif
-#if HWY_TARGETS & HWY_AVX3
-  if (is_target_here(target, HWY_AVX3)) return N_AVX3::choose_here;
-#endif
-  return nullptr;
 }
 
 }  // namespace skerry::collision

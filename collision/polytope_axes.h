@@ -69,8 +69,4 @@ std::uint32_t facing_face_reference(const PolytopeLanes& shape, const core::V3f&
 Axis recall_axis_reference(const AxisQuery& query, const AxisName& name);
 void search_axes_reference(const AxisQuery& query, AxisAnswer& answer);
 
-// Runs one instruction set by its Highway name; false if this machine or build does not have it.
-bool recall_axis_on(const char* target, const AxisQuery& query, const AxisName& name, Axis& axis);
-bool search_axes_on(const char* target, const AxisQuery& query, AxisAnswer& answer);
-
 }  // namespace skerry::collision

@@ -3,7 +3,6 @@
 #include <bit>
 
 #include "collision/polytope_axes.h"
-#include "collision/simd_target.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "collision/polytope_axes_simd.cpp"
@@ -69,38 +68,6 @@ Axis recall_axis(const AxisQuery& query, const AxisName& name) {
 }
 void search_axes(const AxisQuery& query, AxisAnswer& answer) {
   HWY_DYNAMIC_DISPATCH(search_axes_here)(query, answer);
-}
-
-bool recall_axis_on(const char* target, const AxisQuery& query, const AxisName& name, Axis& axis) {
-#if HWY_TARGETS & HWY_SSSE3
-  if (is_target_here(target, HWY_SSSE3)) return axis = N_SSSE3::recall_axis_here(query, name), true;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (is_target_here(target, HWY_SSE4)) return axis = N_SSE4::recall_axis_here(query, name), true;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (is_target_here(target, HWY_AVX2)) return axis = N_AVX2::recall_axis_here(query, name), true;
-#endif
-#if HWY_TARGETS & HWY_AVX3
-  if (is_target_here(target, HWY_AVX3)) return axis = N_AVX3::recall_axis_here(query, name), true;
-#endif
-  return false;
-}
-
-bool search_axes_on(const char* target, const AxisQuery& query, AxisAnswer& answer) {
-#if HWY_TARGETS & HWY_SSSE3
-  if (is_target_here(target, HWY_SSSE3)) return N_SSSE3::search_axes_here(query, answer), true;
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (is_target_here(target, HWY_SSE4)) return N_SSE4::search_axes_here(query, answer), true;
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (is_target_here(target, HWY_AVX2)) return N_AVX2::search_axes_here(query, answer), true;
-#endif
-#if HWY_TARGETS & HWY_AVX3
-  if (is_target_here(target, HWY_AVX3)) return N_AVX3::search_axes_here(query, answer), true;
-#endif
-  return false;
 }
 
 }  // namespace skerry::collision

@@ -135,14 +135,4 @@ void clip_triangles_reference(const ClipFace& face, const ClipQuery& query, unsi
                               const TriangleBatch& batch, const TriangleAxes& axes,
                               TriangleClips& clips);
 
-// All of one instruction set, by its Highway name; null members if this machine or build does
-// not have it.
-struct TriangleKernels {
-  decltype(&place_triangles) place = nullptr;
-  decltype(&search_triangles) search = nullptr;
-  decltype(&touch_triangles) touch = nullptr;
-  decltype(&clip_triangles) clip = nullptr;
-};
-TriangleKernels triangle_kernels_of(const char* target);
-
 }  // namespace skerry::collision

@@ -1,6 +1,5 @@
 // The triangle kernels at the widths of this machine's instruction sets.
 
-#include "collision/simd_target.h"
 #include "collision/triangle_batch.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -91,26 +90,6 @@ unsigned touch_triangles(const core::V3f& center, float reach, int count,
 void clip_triangles(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                     const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
   HWY_DYNAMIC_DISPATCH(clip_here)(face, query, lanes, batch, axes, clips);
-}
-
-TriangleKernels triangle_kernels_of(const char* target) {
-#if HWY_TARGETS & HWY_SSSE3
-  if (is_target_here(target, HWY_SSSE3))
-    return {N_SSSE3::place_here, N_SSSE3::search_here, N_SSSE3::touch_here, N_SSSE3::clip_here};
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (is_target_here(target, HWY_SSE4))
-    return {N_SSE4::place_here, N_SSE4::search_here, N_SSE4::touch_here, N_SSE4::clip_here};
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (is_target_here(target, HWY_AVX2))
-    return {N_AVX2::place_here, N_AVX2::search_here, N_AVX2::touch_here, N_AVX2::clip_here};
-#endif
-#if HWY_TARGETS & HWY_AVX3
-  if (is_target_here(target, HWY_AVX3))
-    return {N_AVX3::place_here, N_AVX3::search_here, N_AVX3::touch_here, N_AVX3::clip_here};
-#endif
-  return {};
 }
 
 }  // namespace skerry::collision

@@ -14,7 +14,9 @@ std::string text(double value) {
   return buffer;
 }
 std::string text(const Vec3& v) {
-  return "(" + text(v.x()) + ", " + text(v.y()) + ", " + text(v.z()) + ")";
+  char buffer[96];
+  std::snprintf(buffer, sizeof buffer, "(%.9g, %.9g, %.9g)", v.x(), v.y(), v.z());
+  return buffer;
 }
 std::string text(const Quat& q) {
   return "(x " + text(q.x()) + ", y " + text(q.y()) + ", z " + text(q.z()) + ", w " + text(q.w()) +

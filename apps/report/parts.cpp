@@ -33,7 +33,7 @@ std::string number(double value, int digits) { return fmt::format("{:.{}f}", val
 
 std::string count(std::uint64_t value) {
   std::string text = std::to_string(value);
-  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, ",");
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ',');
   return text;
 }
 

@@ -29,7 +29,7 @@ std::string cell(const Json& scene, const Json& recommendation) {
   }
   std::string label = chip_of(scene, best[0]);
   out += label.replace(label.find("chip "), 5, "chip strong ");
-  for (std::size_t i = 1; i < best.size(); ++i) out += " " + chip_of(scene, best[i]);
+  for (std::size_t i = 1; i < best.size(); ++i) out += fmt::format(" {}", chip_of(scene, best[i]));
   out +=
       fmt::format("<small>input after {} ms</small>", number(recommendation.at("input_p95_ms"), 1));
   out += fmt::format("<small>{} of {} hold {}</small>", holding,

@@ -322,7 +322,7 @@ Json to_json(const measure::SceneComparison& comparison) {
 
 Json to_trace(const Json& timeline, const std::string& scene) {
   const auto ns = [](const Json& us) { return std::int64_t{std::llround(1e3 * us.get<double>())}; };
-  TraceEvents events;
+  TraceEvents events(fmt::format("skerry: {}, {}", scene, timeline.at("label").get<std::string>()));
   std::uint32_t track = 0;
   for (const Json& name : timeline.at("tracks")) events.name_track(track++, name);
   std::int64_t first_ns = 0;  // tasks of the step before reach into a frame

@@ -12,10 +12,15 @@ using Json = nlohmann::ordered_json;
 
 class TraceEvents {
  public:
+  // `traced`: what the tracks belong to, shown above them.
+  explicit TraceEvents(const std::string& traced);
+
+  // Track 0 is the one that is shown first.
   void name_track(std::uint32_t track, const std::string& name);
 
   // Times from the beginning of the trace. The events of one track follow each other or nest.
-  // `args`: an object, or null for none.
+  // `args`: an object, or null for none. speedscope adds up events of equal name and arguments, so
+  // arguments are what may keep them apart; never a step's number.
   void add(const std::string& name, const std::string& category, std::uint32_t track,
            std::int64_t begin_ns, std::int64_t end_ns, Json args);
 

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -13,8 +15,9 @@ constexpr std::int64_t kLeastWaitNs = 3000;
 
 class RunTrace {
  public:
-  RunTrace(int workers, const measure::RunResult& result)
-      : workers_(static_cast<std::uint32_t>(workers)) {
+  RunTrace(const RunIdentity& identity, const measure::RunResult& result)
+      : workers_(static_cast<std::uint32_t>(identity.workers)),
+        events_(fmt::format("skerry: {}, {}", identity.scene, to_string(identity.mode))) {
     if (!result.tasks.empty()) origin_ns_ = result.tasks.front().begin_ns;
     events_.name_track(workers_, "steps");
     for (std::uint32_t worker = 0; worker < workers_; ++worker) {
@@ -34,7 +37,7 @@ class RunTrace {
       add_wait(task.worker, free_since[task.worker], task.begin_ns);
       free_since[task.worker] = std::max(free_since[task.worker], task.end_ns);
       add(task.name, "task", task.worker, task.begin_ns, task.end_ns,
-          {{"step", step.step}, {"first_item", task.first_item}, {"item_count", task.item_count}});
+          {{"first_item", task.first_item}, {"item_count", task.item_count}});
     }
     for (std::uint32_t worker = 0; worker < workers_; ++worker) {
       add_wait(worker, free_since[worker], step.end_ns);
@@ -59,7 +62,7 @@ class RunTrace {
 }  // namespace
 
 Json to_trace(const RunIdentity& identity, const measure::RunResult& result) {
-  return RunTrace(identity.workers, result)
+  return RunTrace(identity, result)
       .events()
       .take({{"scene", identity.scene}, {"mode", to_string(identity.mode)}});
 }

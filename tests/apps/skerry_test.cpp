@@ -231,26 +231,58 @@ TEST(SkerryRun, every_mode_and_worker_count_makes_the_same_bits) {
   }
 }
 
-TEST(SkerryRun, trace_holds_the_tasks_of_the_timed_steps) {
+// What `skerry run tiny` with two workers writes: its steps are 3, 4 and 5.
+json trace_of_three_steps() {
   const ScratchDirectory scratch;
   const std::string file = scratch / "trace.json";
-  ASSERT_EQ(run_skerry({"run", "tiny", "--steps", "3", "--warmup", "2", "--trace", file}).status,
-            0);
-  const json trace = json::parse(read_file(file));
-  std::set<int> steps;
+  const Outcome outcome = run_skerry({"run", "tiny", "--mode", "job_system", "--workers", "2",
+                                      "--steps", "3", "--warmup", "2", "--trace", file});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return json::parse(read_file(file));
+}
+
+TEST(SkerryRun, trace_holds_the_tasks_of_the_timed_steps) {
+  const json trace = trace_of_three_steps();
+  std::set<std::string> steps;
   bool narrowphase = false;
   std::map<int, double> end_us;  // [track] of the event before
   for (const json& event : trace.at("traceEvents")) {
     if (event.at("ph") != "X") continue;
-    if (event.at("cat") == "task") steps.insert(event.at("args").at("step").get<int>());
+    if (event.at("cat") == "step") steps.insert(event.at("name"));
     narrowphase = narrowphase || event.at("name") == "narrowphase";
     const double begin_us = event.at("ts"), duration_us = event.at("dur");
     EXPECT_GE(begin_us, end_us[event.at("tid")]);
     EXPECT_GE(duration_us, 0);
     end_us[event.at("tid")] = begin_us + duration_us;
   }
-  EXPECT_EQ(steps, (std::set<int>{3, 4, 5}));
+  EXPECT_EQ(steps, (std::set<std::string>{"step 3", "step 4", "step 5"}));
   EXPECT_TRUE(narrowphase);
+}
+
+// See TraceEvents for what each of these does in Perfetto or speedscope.
+TEST(SkerryRun, trace_avoids_what_viewers_misread) {
+  const json trace = trace_of_three_steps();
+  EXPECT_FALSE(trace.contains("displayTimeUnit"));
+  std::map<int, std::string> threads;
+  std::map<std::string, int> times;  // [name and arguments] of tasks
+  for (const json& event : trace.at("traceEvents")) {
+    const int thread = event.at("tid");
+    EXPECT_GT(thread, 0);
+    if (event.at("name") == "thread_name") threads[thread] = event.at("args").at("name");
+    if (event.at("name") == "process_name") {
+      EXPECT_EQ(event.at("args").at("name"), "skerry: tiny, job_system");
+    }
+    if (event.at("ph") != "X") continue;
+    EXPECT_TRUE(threads.contains(thread)) << "events before their thread's name";
+    if (event.at("name") == "solve_islands") {
+      ++times[event.at("name").get<std::string>() + event.at("args").dump()];
+    }
+  }
+  ASSERT_EQ(threads.size(), 3u);
+  EXPECT_EQ(threads.begin()->second, "worker 0 (makes the step)");
+  EXPECT_EQ(threads.begin()->first, trace.at("traceEvents").at(0).at("pid"));
+  ASSERT_FALSE(times.empty());
+  for (const auto& [task, count] : times) EXPECT_GT(count, 1) << task << " is not added up";
 }
 
 TEST(SkerryRun, interruption_keeps_what_was_measured) {

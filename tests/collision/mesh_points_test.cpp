@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "collision/narrowphase_mesh.h"
+#include "tests/collision/instruction_sets.h"
 #include "tests/collision/narrowphase_fixture.h"
 
 namespace skerry::test {
@@ -15,8 +16,6 @@ using collision::MeshPoints;
 using collision::PatchSet;
 using collision::PointChoice;
 using core::V3f;
-
-constexpr const char* kTargets[] = {"SSSE3", "SSE4", "AVX2", "AVX3"};
 
 float drawn(Random& random, double low, double high) {
   return static_cast<float>(random.uniform(low, high));
@@ -61,16 +60,15 @@ TEST(MeshPoints, every_width_chooses_the_same_points) {
     auto blocks = points.blocks();
     choose_spread_reference(blocks, reference);
     ASSERT_GE(reference.count, 1u);
-    for (const char* target : kTargets) {
-      const auto choose = collision::choose_spread_of(target);
-      if (choose == nullptr) continue;
+    on_every_instruction_set([&](const std::string& name) {
       PointChoice wide = asked;
       auto wide_blocks = points.blocks();
-      choose(wide_blocks, wide);
-      ASSERT_EQ(wide.count, reference.count) << target;
+      choose_spread(wide_blocks, wide);
+      ASSERT_EQ(wide.count, reference.count) << name;
       for (std::uint32_t k = 0; k < wide.count; ++k)
-        ASSERT_EQ(wide.index[k], reference.index[k]) << target;
-    }
+        ASSERT_EQ(wide.index[k], reference.index[k]) << name;
+    });
+    if (HasFatalFailure()) return;
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "collision/geometry_build.h"
 #include "collision/polytope_axes.h"
+#include "tests/collision/instruction_sets.h"
 #include "tests/collision/narrowphase_fixture.h"
 #include "tests/collision/narrowphase_oracle.h"
 #include "tests/support/rounds.h"
@@ -74,15 +75,12 @@ TEST(NarrowphasePolytope, every_width_gives_the_bits_of_the_float_reference) {
     const Axis best =
         reference.edges.name.kind != AxisName::kNothing ? reference.edges : reference.face_a;
     const Axis recalled = recall_axis_reference(pair.query, best.name);
-    for (const char* target : {"SSSE3", "SSE4", "AVX2", "AVX3"}) {
-      Axis axis;
-      if (search_axes_on(target, pair.query, wide)) {
-        ASSERT_TRUE(same(reference, wide)) << target << " pair " << i;
-      }
-      if (recall_axis_on(target, pair.query, best.name, axis)) {
-        ASSERT_TRUE(same(recalled, axis)) << target << " pair " << i;
-      }
-    }
+    on_every_instruction_set([&](const std::string& name) {
+      search_axes(pair.query, wide);
+      ASSERT_TRUE(same(reference, wide)) << name << " pair " << i;
+      ASSERT_TRUE(same(recalled, recall_axis(pair.query, best.name))) << name << " pair " << i;
+    });
+    if (HasFatalFailure()) return;
     search_axes(pair.query, wide);
     ASSERT_TRUE(same(reference, wide)) << "dispatched, pair " << i;
   }

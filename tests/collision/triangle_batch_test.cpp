@@ -8,6 +8,7 @@
 
 #include "collision/geometry_build.h"
 #include "collision/narrowphase_kernels.h"
+#include "tests/collision/instruction_sets.h"
 #include "tests/collision/narrowphase_fixture.h"
 
 namespace skerry::test {
@@ -18,8 +19,6 @@ using collision::TriangleBatch;
 using collision::TriangleClips;
 using collision::TriangleTouches;
 using core::V3f;
-
-constexpr const char* kTargets[] = {"SSSE3", "SSE4", "AVX2", "AVX3"};
 
 V3f random_vector(Random& random, double most) {
   return core::to_float(Vec3(random.uniform(0, most) * random.unit()));
@@ -151,30 +150,29 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
     points += count_points(clips, face);
     near_polytopes += std::popcount(near);
     near_spheres += std::popcount(touched);
-    for (const char* target : kTargets) {
-      const collision::TriangleKernels kernels = collision::triangle_kernels_of(target);
-      if (kernels.place == nullptr) continue;
+    on_every_instruction_set([&](const std::string& name) {
       TriangleBatch wide = local;
       TriangleAxes wide_axes;
       TriangleTouches wide_touches;
       TriangleClips wide_clips;
-      ASSERT_EQ(kernels.place(frame, center, count, wide), front) << target;
-      ASSERT_TRUE(same_lanes(batch.rows, wide.rows, all)) << target;
-      ASSERT_EQ(kernels.search(polytope.search, count, wide, wide_axes), near) << target;
-      ASSERT_TRUE(same_lanes(axes.face_a, wide_axes.face_a, near)) << target;
-      ASSERT_TRUE(same_lanes(axes.face_a_index, wide_axes.face_a_index, near)) << target;
-      ASSERT_TRUE(same_lanes(axes.face_b, wide_axes.face_b, near)) << target;
-      ASSERT_TRUE(same_lanes(axes.edges, wide_axes.edges, near)) << target;
-      ASSERT_TRUE(same_lanes(axes.edges_index, wide_axes.edges_index, near)) << target;
-      ASSERT_EQ(axes.by_edges, wide_axes.by_edges) << target;
-      ASSERT_TRUE(same_lanes(axes.of_b, wide_axes.of_b, near)) << target;
-      ASSERT_TRUE(same_lanes(axes.facing, wide_axes.facing, near)) << target;
-      kernels.clip(face.clip, kClipQuery, face.lanes, wide, wide_axes, wide_clips);
-      ASSERT_TRUE(same_clips(clips, wide_clips, face)) << target;
-      ASSERT_EQ(kernels.touch(center, 0.4f, count, wide, wide_touches), touched) << target;
-      ASSERT_TRUE(same_lanes(touches.out, wide_touches.out, touched)) << target;
-      ASSERT_TRUE(same_lanes(touches.distance, wide_touches.distance, touched)) << target;
-    }
+      ASSERT_EQ(place_triangles(frame, center, count, wide), front) << name;
+      ASSERT_TRUE(same_lanes(batch.rows, wide.rows, all)) << name;
+      ASSERT_EQ(search_triangles(polytope.search, count, wide, wide_axes), near) << name;
+      ASSERT_TRUE(same_lanes(axes.face_a, wide_axes.face_a, near)) << name;
+      ASSERT_TRUE(same_lanes(axes.face_a_index, wide_axes.face_a_index, near)) << name;
+      ASSERT_TRUE(same_lanes(axes.face_b, wide_axes.face_b, near)) << name;
+      ASSERT_TRUE(same_lanes(axes.edges, wide_axes.edges, near)) << name;
+      ASSERT_TRUE(same_lanes(axes.edges_index, wide_axes.edges_index, near)) << name;
+      ASSERT_EQ(axes.by_edges, wide_axes.by_edges) << name;
+      ASSERT_TRUE(same_lanes(axes.of_b, wide_axes.of_b, near)) << name;
+      ASSERT_TRUE(same_lanes(axes.facing, wide_axes.facing, near)) << name;
+      clip_triangles(face.clip, kClipQuery, face.lanes, wide, wide_axes, wide_clips);
+      ASSERT_TRUE(same_clips(clips, wide_clips, face)) << name;
+      ASSERT_EQ(touch_triangles(center, 0.4f, count, wide, wide_touches), touched) << name;
+      ASSERT_TRUE(same_lanes(touches.out, wide_touches.out, touched)) << name;
+      ASSERT_TRUE(same_lanes(touches.distance, wide_touches.distance, touched)) << name;
+    });
+    if (HasFatalFailure()) return;
   }
   EXPECT_GT(near_polytopes, 1000);
   EXPECT_GT(near_spheres, 1000);
