@@ -113,6 +113,7 @@ void JointBodies::absorb(std::uint32_t row) {
   JointBody& body = bodies_[row];
   body.linear = body.linear + gain(velocity_[row].linear, published_[row].linear);
   body.angular = body.angular + gain(velocity_[row].angular, published_[row].angular);
+  published_[row] = velocity_[row];  // taken over once, however often the body is loaded
 }
 
 void JointBodies::publish(std::uint32_t row) {

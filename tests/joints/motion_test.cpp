@@ -222,6 +222,34 @@ TEST(Joints, internal_joints_keep_momentum_and_angular_momentum) {
   EXPECT_LT(after.kinetic_energy, before.kinetic_energy);
 }
 
+// A chain that folds up and strikes itself: each link is held by two joints and pushed by contacts.
+TEST(Joints, contacts_between_the_links_of_a_chain_keep_its_momentum) {
+  for (const double speed : {5.0, 10.0}) {
+    World world({.gravity = {0, 0, 0}});
+    BodyId last = {};
+    for (int i = 0; i < 8; ++i) {
+      const double out = i - 3.5;
+      const BodyId link =
+          world.add_body({.shapes = {Capsule{.radius = 0.08, .half_height = 0.12}},
+                          .position = {0, 0.4 * i, 0},
+                          .linear_velocity = speed * Vec3(0.1 * out * out, 0, 0.01 * i)});
+      if (i > 0) world.add_joint(BallJoint{.a = last, .b = link, .anchor = {0, 0.4 * i - 0.2, 0}});
+      last = link;
+    }
+    const Measures before = world.measure();
+    std::size_t events = 0;
+    for (int n = 0; n < 240; ++n) {
+      world.step(kDt);
+      events += world.contact_events().size();
+    }
+    EXPECT_GT(events, 10u);
+    const Measures after = world.measure();
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(after.momentum[i], before.momentum[i], 1e-6 * before.momentum[0]);
+    EXPECT_LT(after.kinetic_energy, before.kinetic_energy);
+  }
+}
+
 TEST(Joints, a_thrown_chain_carries_its_center_of_mass_along_the_parabola) {
   World world;
   const std::vector<BodyId> chain = add_chain(world, 5, {0.4, 0, 0}, false);
