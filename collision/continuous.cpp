@@ -307,7 +307,60 @@ bool held_by_contacts(const StepContext& step, const FastPair& pair, const Sweep
   return true;
 }
 
+// When a, which is convex, first meets b on these ways. `apart`: m, of the bodies' centres at first.
+double first_meeting(const StepContext& step, const Collider& a, const Sweep& sa, const Collider& b,
+                     const Sweep& sb, double apart, bool sensor,
+                     std::vector<std::uint32_t>& triangles) {
+  const core::BodyMass &ma = step.bodies->mass[a.body], &mb = step.bodies->mass[b.body];
+  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart);
+  const auto when = [&](const SweptShape& shape, const auto& other, double last) {
+    return sensor ? crossing_of(a, shape, other, touch, last)
+                  : impact_of(a, shape, other, touch, last);
+  };
+  if (b.type == ShapeType::plane) return when(swept_shape(a, sa), swept_plane(b, sb), 1);
+  if (core::is_surface(b.type))
+    return first_with_surface(a, sa, ma.radius, b, sb, !sensor, triangles, when);
+  return when(swept_shape(a, sa), swept_shape(b, sb), 1);
+}
+
+// The way of a body that moves on as it now does, turning included.
+Sweep path_ahead(const StepContext& step, BodyIndex body, const Vec3& origin) {
+  const Bodies& bodies = *step.bodies;
+  const core::BodyPose& pose = bodies.pose[body];
+  const core::BodyMotion& motion = bodies.motion[body];
+  const bool moves = bodies.is(body, core::kAwake);
+  Sweep sweep;
+  sweep.turn_radius = double(bodies.mass[body].turn_radius);
+  sweep.center = wide(Vec3(pose.center - origin));
+  if (moves) sweep.way = wide(Vec3(motion.linear * step.dt));
+  const bool turns = moves && sweep.turn_radius > 0;
+  const Vec3 turn = turns ? Vec3(motion.angular * step.dt) : Vec3(Vec3::Zero());
+  constexpr double kStretch = 0.4;  // rad
+  sweep.stretches =
+      static_cast<int>(std::clamp(turn.norm() / kStretch + 1, 1.0, double(Sweep::kMostStretches)));
+  Quat from = pose.orientation;
+  for (int i = 0; i < sweep.stretches; ++i) {
+    const Quat to = turns ? after_turn(from, turn / sweep.stretches) : from;
+    sweep.set_stretch(i, from, to);
+    from = to;
+  }
+  return sweep;
+}
+
 }  // namespace
+
+bool will_meet(const StepContext& step, const core::ContactPair& pair,
+               std::vector<std::uint32_t>& triangles) {
+  const Bodies& bodies = *step.bodies;
+  const Collider *a = &step.colliders->rows[pair.a], *b = &step.colliders->rows[pair.b];
+  if (a->type >= ShapeType::plane ||
+      (b->type < ShapeType::plane && !core::moves_fast(bodies, a->body, step.dt)))
+    std::swap(a, b);
+  if (a->type >= ShapeType::plane) return false;
+  const Vec3 origin = bodies.pose[a->body].center;
+  const Sweep sa = path_ahead(step, a->body, origin), sb = path_ahead(step, b->body, origin);
+  return first_meeting(step, *a, sa, *b, sb, length(sb.center - sa.center), false, triangles) <= 1;
+}
 
 double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends& ends,
                       std::vector<std::uint32_t>& triangles) {
@@ -345,15 +398,7 @@ double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends&
   add_turning(step, a.body, sa);
   add_turning(step, b.body, sb);
   if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
-  const double touch = core::touch_gap(ma, mb, b.type == ShapeType::plane ? 0 : apart);
-  const auto when = [&](const SweptShape& shape, const auto& other, double last) {
-    return pair.sensor ? crossing_of(a, shape, other, touch, last)
-                       : impact_of(a, shape, other, touch, last);
-  };
-  if (b.type == ShapeType::plane) return when(swept_shape(a, sa), swept_plane(b, sb), 1);
-  if (core::is_surface(b.type))
-    return first_with_surface(a, sa, ma.radius, b, sb, !pair.sensor, triangles, when);
-  return when(swept_shape(a, sa), swept_shape(b, sb), 1);
+  return first_meeting(step, a, sa, b, sb, apart, pair.sensor, triangles);
 }
 
 void sweep_fast(const StepContext& step, IndexRange pairs, Task& task) {

@@ -30,6 +30,11 @@ struct ContinuousScratchDeleter {
 using ContinuousScratchPtr = std::unique_ptr<ContinuousScratch, ContinuousScratchDeleter>;
 ContinuousScratchPtr make_continuous_scratch(std::uint32_t workers);
 
+// Whether two would meet in this step if both went on as they now move; as in sweep_fast, a slide or a
+// graze is no meeting. For the narrowphase; `triangles`: scratch.
+bool will_meet(const StepContext& step, const core::ContactPair& pair,
+               std::vector<std::uint32_t>& triangles);
+
 // Stage "find_fast", once: FastBodies::bodies and pairs.
 void find_fast(const StepContext& step, IndexRange, Task& task);
 

@@ -47,24 +47,40 @@ class Impacts {
     for (std::uint32_t i = 0; i < fast_.bodies.size(); ++i) rank[fast_.bodies[i]] = i;
   }
 
-  // Makes a ring of the fast bodies that joints with locks hold together, each alone at first.
+  // Makes a ring of the bodies that joints with locks hold together, slow ones too; each fast one is
+  // alone at first.
   void join_bodies() {
     std::vector<std::uint32_t>&next = scratch_.joined, &root = scratch_.ring;
+    scratch_.members = fast_.bodies;
     core::make_room(next, fast_.bodies.size());
-    core::make_room(root, fast_.bodies.size());
     next.resize(fast_.bodies.size());
     std::iota(next.begin(), next.end(), 0u);
     root = next;
     for (const core::Joint& joint : step_.joints->rows) {
       if (!joint.alive || joint.lock_count == 0) continue;
-      if (joint.a == core::kNone || joint.b == core::kNone) continue;
-      if (!is_fast(joint.a) || !is_fast(joint.b)) continue;
-      const std::uint32_t a = scratch_.rank[joint.a], b = scratch_.rank[joint.b];
+      if (!may_go_back(joint.a) || !may_go_back(joint.b)) continue;
+      const std::uint32_t a = member(joint.a), b = member(joint.b);
       const std::uint32_t ring_a = ring_of(a), ring_b = ring_of(b);
       if (ring_a == ring_b) continue;
       root[ring_b] = ring_a;
       std::swap(next[a], next[b]);
     }
+  }
+  bool may_go_back(BodyIndex body) const {
+    if (body == core::kNone || step_.bodies->is(body, core::kQuarantined)) return false;
+    return step_.bodies->is(body, core::kDynamic | core::kAwake);
+  }
+  std::uint32_t member(BodyIndex body) {
+    std::vector<BodyIndex>& members = scratch_.members;
+    const std::uint32_t rank = scratch_.rank[body];
+    if (rank < members.size() && members[rank] == body) return rank;
+    const auto last = static_cast<std::uint32_t>(members.size());
+    scratch_.rank[body] = last;
+    members.push_back(body);
+    scratch_.joined.push_back(last);
+    scratch_.ring.push_back(last);
+    fast_.part[body] = 1;
+    return last;
   }
   std::uint32_t ring_of(std::uint32_t rank) {
     std::vector<std::uint32_t>& root = scratch_.ring;
@@ -118,12 +134,12 @@ class Impacts {
     const std::uint32_t first = scratch_.rank[body];
     std::uint32_t i = first;
     do {
-      fast_.part[fast_.bodies[i]] = at.time;
+      fast_.part[scratch_.members[i]] = at.time;
       i = scratch_.joined[i];
     } while (i != first);
     do {
-      fast_.stopped.push_back(fast_.bodies[i]);
-      meet_anew(i, at);
+      fast_.stopped.push_back(scratch_.members[i]);
+      if (i < fast_.bodies.size()) meet_anew(i, at);
       i = scratch_.joined[i];
     } while (i != first);
   }

@@ -75,13 +75,14 @@ class ContinuousScratch {
   std::vector<std::uint64_t> keys, more_keys;
   std::vector<core::FastPair> merged;
   // Of stop_fast.
-  std::vector<Meeting> meetings;        // a heap, earliest first
-  std::vector<std::uint32_t> version;   // [pairs]
-  std::vector<std::uint32_t> rank;      // [body rows] of a fast body, in FastBodies::bodies
-  std::vector<std::uint32_t> joined;    // [fast bodies] the next of those that joints hold together
-  std::vector<std::uint32_t> ring;      // [fast bodies] towards one that stands for all of its ring
-  std::vector<std::uint32_t> first_of;  // [fast bodies + 1] into of_body
-  std::vector<std::uint32_t> of_body;   // pairs of two fast ones, of each body, ascending
+  std::vector<Meeting> meetings;         // a heap, earliest first
+  std::vector<std::uint32_t> version;    // [pairs]
+  std::vector<core::BodyIndex> members;  // FastBodies::bodies, then slow ones that have joints
+  std::vector<std::uint32_t> rank;       // [body rows] of a member, in `members`
+  std::vector<std::uint32_t> joined;     // [members] the next of those that joints hold together
+  std::vector<std::uint32_t> ring;       // [members] towards one that stands for all of its ring
+  std::vector<std::uint32_t> first_of;   // [fast bodies + 1] into of_body
+  std::vector<std::uint32_t> of_body;    // pairs of two fast ones, of each body, ascending
   std::vector<Meeting> in_order;
   std::vector<ForeseenStop> stop;          // [fast bodies]
   std::vector<ForeseenImpact> foreseen;    // by pair

@@ -25,6 +25,7 @@ struct alignas(64) WorkerScratch {
   int batched = 0;
   std::vector<std::uint32_t> due;  // room for find_due
   MeshScratch mesh;
+  std::vector<std::uint32_t> triangles;  // of will_meet
   NarrowphaseCounts counts;
 };
 
@@ -144,7 +145,7 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
     for (std::uint32_t i = 0; i < patches.count; ++i)
       patches.patch[i].normal = -patches.patch[i].normal;
   pair.cache = placed.query.cache;
-  drop_foreseen(patches, placed.query.touch, placed.query.dt, linear, angular);
+  drop_foreseen(step, pair, placed.query.touch, linear, angular, scratch.triangles, patches);
   store(step, known, pair, patches, linear, angular, placed.query.apart);
 }
 
@@ -179,7 +180,8 @@ void gather(const StepContext& step, const ContactPair& pair, const PairFrame& f
 }
 
 void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
-             const PairFrame& frame, const BoxBatch& batch, int lane) {
+             const PairFrame& frame, const BoxBatch& batch, int lane,
+             std::vector<std::uint32_t>& triangles) {
   const auto out = [&](int row) { return batch.out[row][lane]; };
   PatchSet patches;
   patches.count = 1;
@@ -196,7 +198,7 @@ void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair
                                    static_cast<std::uint32_t>(feature)};
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
-  drop_foreseen(patches, frame.touch, frame.dt, frame.linear, frame.angular);
+  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, triangles, patches);
   store(step, known, pair, patches, frame.linear, frame.angular, out(BoxBatch::kApart));
 }
 
@@ -208,7 +210,7 @@ void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scra
   collide_boxes(scratch.batch, scratch.batched);
   for (int lane = 0; lane < scratch.batched; ++lane)
     scatter(step, known, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane],
-            scratch.batch, lane);
+            scratch.batch, lane, scratch.triangles);
   scratch.batched = 0;
 }
 

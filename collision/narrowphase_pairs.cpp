@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "collision/continuous.h"
 #include "collision/polytope_lanes.h"
 #include "core/rounding.h"
 
@@ -401,17 +402,37 @@ void clear_contact(core::ContactPair& pair) {
   pair.manifold_count = 0;
 }
 
-void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear,
-                   const V3f& angular) {
+namespace {
+
+// Whether joints hold one of the two, and they would meet in this step.
+bool joints_foresee(const StepContext& step, const core::ContactPair& pair,
+                    std::vector<std::uint32_t>& triangles) {
+  const std::vector<std::uint32_t>& joints = step.bodies->lock_joints;
+  return (joints[pair.body_a] > 0 || joints[pair.body_b] > 0) && will_meet(step, pair, triangles);
+}
+
+}  // namespace
+
+void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float touch,
+                   const V3f& linear, const V3f& angular, std::vector<std::uint32_t>& triangles,
+                   PatchSet& patches) {
   if (touch == kNoTouch) return;
+  const float dt = core::rounded_to_float(step.dt);
+  const auto foreseen = [&](const ContactPatch& patch, const ContactPoint& point) {
+    const float vn = dot(patch.normal, linear + cross(angular, point.position));
+    return !(point.separation <= touch || -vn * dt <= kSpeculativeDistance);
+  };
+  bool any = false;
+  for (std::uint32_t i = 0; i < patches.count && !any; ++i)
+    for (std::uint32_t k = 0; k < patches.patch[i].count && !any; ++k)
+      any = foreseen(patches.patch[i], patches.patch[i].points[k]);
+  if (!any || joints_foresee(step, pair, triangles)) return;
   for (std::uint32_t i = 0; i < patches.count; ++i) {
     ContactPatch& patch = patches.patch[i];
     std::uint32_t kept = 0;
     for (std::uint32_t k = 0; k < patch.count; ++k) {
       const ContactPoint& point = patch.points[k];
-      const float vn = dot(patch.normal, linear + cross(angular, point.position));
-      if (point.separation <= touch || -vn * dt <= kSpeculativeDistance)
-        patch.points[kept++] = point;
+      if (!foreseen(patch, point)) patch.points[kept++] = point;
     }
     patch.count = kept;
   }
@@ -487,7 +508,9 @@ bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
   // Negated, so that NaN is left out.
   if (!(separation + dt * std::min(vn, 0.0f) <= kSpeculativeDistance)) return part(separation);
   const float way = -vn * dt;
-  if (separation > 0 && way > kSpeculativeDistance && separation > fast_touch(step, pair, between))
+  std::vector<std::uint32_t> no_triangles;
+  if (separation > 0 && way > kSpeculativeDistance &&
+      separation > fast_touch(step, pair, between) && !joints_foresee(step, pair, no_triangles))
     return clear_contact(pair), true;
   store_point(step, pair, normal, {normal * (a.size.x + 0.5f * separation), separation, 0},
               velocity);

@@ -62,8 +62,12 @@ struct PatchSet {
 };
 
 // Leaves out the points of a fast pair that are farther apart than `touch` and come together fast.
-// Where those meet, if they do, continuous collision finds out. `linear`, `angular`: see Query.
-void drop_foreseen(PatchSet& patches, float touch, float dt, const V3f& linear, const V3f& angular);
+// Where those meet, if they do, continuous collision finds out. Not where joints hold one of the two
+// and it will meet the other: it is stopped by the contact, with what the joints hold
+// (docs/decisions/0016). `linear`, `angular`: see Query. `triangles`: scratch.
+void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float touch,
+                   const V3f& linear, const V3f& angular, std::vector<std::uint32_t>& triangles,
+                   PatchSet& patches);
 
 // Writes patches into the pair's manifolds: impulses are carried over from the manifolds they
 // replace by feature, or, for points whose feature is new, from the nearest point that is left.

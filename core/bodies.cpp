@@ -83,6 +83,7 @@ BodyIndex take_row(Bodies& bodies) {
   bodies.force.emplace_back();
   bodies.still_time.push_back(0);
   bodies.sleep_island.push_back(kNone);
+  bodies.lock_joints.push_back(0);
   bodies.first_collider.push_back(kNone);
   bodies.generation.push_back(1);  // 0 is the generation of an id that names nothing
   bodies.user_data.push_back(0);

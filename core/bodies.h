@@ -94,6 +94,7 @@ struct Bodies {
   std::vector<BodyForce> force;               // zero unless kForced; see add_force
   std::vector<float> still_time;              // s below the sleep thresholds
   std::vector<std::uint32_t> sleep_island;    // row of Sleepers::islands, kNone while awake
+  std::vector<std::uint32_t> lock_joints;     // how many joints with locks it has
   std::vector<ColliderIndex> first_collider;  // chain through Collider::next_in_body, kNone: none
   std::vector<std::uint32_t> generation;
   std::vector<std::uint64_t> user_data;

@@ -16,7 +16,7 @@ enum class FastFlight : std::uint8_t {
   joined,  // or joints, or damping within the contact solver
 };
 
-// A fast body at the start of the step, and how it turned in it.
+// A fast body, or one that joints may hold to one, at the start of the step, and how it turned in it.
 struct FastStart {
   BodyPose pose;
   BodyMotion motion;
@@ -36,7 +36,7 @@ struct FastPair {
 };
 
 struct FastBodies {
-  std::vector<FastStart> start;   // [body rows]; valid where kFast
+  std::vector<FastStart> start;   // [body rows]; valid where kFast, or awake and held by locks
   std::vector<double> part;       // [body rows] part of the step made before it met something, <= 1
   std::vector<BodyIndex> bodies;  // fast ones of this step, ascending
   std::vector<FastPair> pairs;    // of this step; ascending (a, b)

@@ -29,6 +29,16 @@ void allow_collisions(WorldData& world, const Joint& joint, bool allow) {
   }
 }
 
+// Counts a joint among those of its bodies, or no more.
+void count_locks(WorldData& world, const Joint& joint, bool there) {
+  if (joint.lock_count == 0) return;
+  for (const BodyIndex body : {joint.a, joint.b}) {
+    if (body == kNone) continue;
+    std::uint32_t& count = world.bodies.lock_joints[body];
+    count = there ? count + 1 : count - 1;
+  }
+}
+
 void wake_bodies(WorldData& world, const Joint& joint) {
   for (const BodyIndex body : {joint.a, joint.b}) {
     if (body != kNone) wake(world, body);
@@ -52,6 +62,7 @@ bool breakable(const Joint& joint) {
 void remove_row(WorldData& world, std::uint32_t row) {
   Joint& joint = world.joints.rows[row];
   wake_bodies(world, joint);
+  count_locks(world, joint, false);
   if (!joint.collide) allow_collisions(world, joint, true);
   if (breakable(joint)) --world.joints.breakable;
   const std::uint32_t generation = joint.generation + 1;
@@ -91,6 +102,7 @@ JointId add_joint(WorldData& world, const JointDesc& desc) {
   joint.generation = world.joints.rows[row].generation;
   world.joints.rows[row] = joint;
   wake_bodies(world, joint);
+  count_locks(world, joint, true);
   if (!joint.collide) allow_collisions(world, joint, false);
   if (breakable(joint)) ++world.joints.breakable;
   return {row, joint.generation};

@@ -168,7 +168,6 @@ void add_bridge(SceneDesc& scene, double z, Lcg& random) {
 SceneDesc make_ragdoll_rain(std::uint64_t seed) {
   SceneDesc scene;
   scene.defaults.steps = 400;
-  scene.defaults.continuous = false;  // a swept bone stops alone: its joints would be torn
   const auto ground = std::make_shared<const MeshData>(wavy_ground(8, kCellPitch, 0, 0));
   const auto ring = std::make_shared<const MeshData>(torus_mesh(3.75, 1, 16, 16));
   scene.meshes = {{"ground", ground}, {"ring", ring}};

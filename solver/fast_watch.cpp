@@ -14,8 +14,9 @@ constexpr int kMostKnots = 31;
 
 FastWatch::FastWatch(const core::StepContext& step, core::BodyIndex body)
     : step_(step), body_(body) {
-  constexpr std::uint32_t mask = core::kContinuous | core::kQuarantined;
-  watched_ = (step.bodies->flags[body] & mask) == core::kContinuous;
+  const std::uint32_t flags = step.bodies->flags[body];
+  joined_ = step.settings->continuous && step.bodies->lock_joints[body] > 0;
+  watched_ = ((flags & core::kContinuous) || joined_) && !(flags & core::kQuarantined);
   if (!watched_) return;
   pose_ = step.bodies->pose[body];
   motion_ = step.bodies->motion[body];
@@ -59,14 +60,16 @@ void FastWatch::finish(core::FastFlight flight) {
   if (!watched_) return;
   std::uint32_t& flags = step_.bodies->flags[body_];
   flags &= ~std::uint32_t{core::kFast};
-  if ((flags & core::kQuarantined) || !is_fast()) return;
-  flags |= core::kFast;
+  if (flags & core::kQuarantined) return;
+  const bool fast = (flags & core::kContinuous) && is_fast();
+  if (fast) flags |= core::kFast;
+  if (!fast && !joined_) return;
   core::FastStart& start = step_.fast->start[body_];
   start.pose = pose_;
   start.motion = motion_;
   start.force = flags & core::kForced ? step_.bodies->force[body_] : core::BodyForce{};
   start.flight = flight;
-  note_turn(start);
+  if (fast) note_turn(start);
 }
 
 }  // namespace skerry::solver

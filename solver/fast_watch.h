@@ -13,9 +13,9 @@ inline constexpr double kLargeTurn = 0.4;
 class FastWatch {
  public:
   FastWatch(const core::StepContext& step, core::BodyIndex body);
-  // Marks the body kFast or not, and if it is, notes its start and how it turned. What contacts have
-  // sent spinning so fast that substeps could not follow (kLargeTurn) turns on from its start with
-  // the angular momentum that they gave it.
+  // Marks the body kFast or not, and if it is, notes its start and how it turned; of a slow one that
+  // joints hold, its start. What contacts have sent spinning so fast that substeps could not follow
+  // (kLargeTurn) turns on from its start with the angular momentum that they gave it.
   void finish(core::FastFlight flight);
 
  private:
@@ -25,6 +25,7 @@ class FastWatch {
   const core::StepContext& step_;
   core::BodyIndex body_;
   bool watched_;
+  bool joined_;  // may have to stop with what joints hold to it
   core::BodyPose pose_;
   core::BodyMotion motion_;
 };
