@@ -404,11 +404,23 @@ void clear_contact(core::ContactPair& pair) {
 
 namespace {
 
-// Whether joints hold one of the two, and they would meet in this step.
-bool joints_foresee(const StepContext& step, const core::ContactPair& pair,
-                    std::vector<std::uint32_t>& triangles) {
-  const std::vector<std::uint32_t>& joints = step.bodies->lock_joints;
-  return (joints[pair.body_a] > 0 || joints[pair.body_b] > 0) && will_meet(step, pair, triangles);
+// Whether contacts are to foresee where the two meet, and they will. Either joints hold one of them, or
+// in this step they come past each other by no more than kForeseen times what a body may move on the
+// word of contacts.
+bool foresees(const StepContext& step, const core::ContactPair& pair,
+              std::vector<std::uint32_t>& triangles) {
+  constexpr double kForeseen = 4;
+  const core::Bodies& bodies = *step.bodies;
+  const Vec3 between = bodies.motion[pair.body_b].linear - bodies.motion[pair.body_a].linear;
+  double way = between.norm() * step.dt, safe = 1e300;
+  bool joined = false;
+  for (const core::BodyIndex body : {pair.body_a, pair.body_b}) {
+    const core::BodyMass& mass = bodies.mass[body];
+    way += bodies.motion[body].angular.norm() * step.dt * double(mass.turn_radius);
+    if (bodies.is(body, core::kDynamic)) safe = std::min(safe, core::safe_motion(mass));
+    joined = joined || bodies.lock_joints[body] > 0;
+  }
+  return (joined || way <= kForeseen * safe) && will_meet(step, pair, triangles);
 }
 
 }  // namespace
@@ -426,7 +438,7 @@ void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float
   for (std::uint32_t i = 0; i < patches.count && !any; ++i)
     for (std::uint32_t k = 0; k < patches.patch[i].count && !any; ++k)
       any = foreseen(patches.patch[i], patches.patch[i].points[k]);
-  if (!any || joints_foresee(step, pair, triangles)) return;
+  if (!any || foresees(step, pair, triangles)) return;
   for (std::uint32_t i = 0; i < patches.count; ++i) {
     ContactPatch& patch = patches.patch[i];
     std::uint32_t kept = 0;
@@ -510,7 +522,7 @@ bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
   const float way = -vn * dt;
   std::vector<std::uint32_t> no_triangles;
   if (separation > 0 && way > kSpeculativeDistance &&
-      separation > fast_touch(step, pair, between) && !joints_foresee(step, pair, no_triangles))
+      separation > fast_touch(step, pair, between) && !foresees(step, pair, no_triangles))
     return clear_contact(pair), true;
   store_point(step, pair, normal, {normal * (a.size.x + 0.5f * separation), separation, 0},
               velocity);

@@ -62,9 +62,9 @@ struct PatchSet {
 };
 
 // Leaves out the points of a fast pair that are farther apart than `touch` and come together fast.
-// Where those meet, if they do, continuous collision finds out. Not where joints hold one of the two
-// and it will meet the other: it is stopped by the contact, with what the joints hold
-// (docs/decisions/0016). `linear`, `angular`: see Query. `triangles`: scratch.
+// Where those meet, if they do, continuous collision finds out. Not of pairs that are to be stopped by
+// contacts, in a crowd or with what joints hold to them (docs/decisions/0016). `linear`, `angular`: see
+// Query. `triangles`: scratch.
 void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float touch,
                    const V3f& linear, const V3f& angular, std::vector<std::uint32_t>& triangles,
                    PatchSet& patches);

@@ -67,7 +67,6 @@ ConvexHull pillar(int sides, double radius, double half_height) {
 SceneDesc make_washer(std::uint64_t) {
   SceneDesc scene;
   scene.defaults.steps = 1000;
-  scene.defaults.continuous = false;  // what is swept sticks to a wall that moves as fast
   add_floor(scene, 60, 60);
   add(scene, drum());
   for (int y = 0; y < 20; ++y) {
