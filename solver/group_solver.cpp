@@ -653,8 +653,9 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   const LaneOutput::Row& push_row = output.push[lane];
   const LaneOutput::Row& torque_row = output.torque[lane];
   const Vec3 push = to_double(push_row.v), torque_a = to_double(torque_row.v);
-  const bool pushed =
-      !(push_row.s <= 0);  // NaN as well: the body is to be set aside, not to fly on
+  // NaN as well: the body is to be set aside, not to fly on. A bounce may take back all of the push
+  // but not its friction.
+  const bool pushed = !(push_row.s <= 0) || !push.isZero(0) || !torque_a.isZero(0);
   const bool impact = pushed && torque_row.s > kImpactSpeed;
   Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
   const float* n = manifold.normal_impulse;
