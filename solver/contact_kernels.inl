@@ -150,7 +150,9 @@ struct KernelsOf {
     L::gather(base + 4, 8, block.row_b, qb);
     const V ea = turned_back(qa, f.n), eb = turned_back(qb, f.n);
     const V d = {db[0] - da[0], db[1] - da[1], db[2] - da[2]};
-    const F center = dot(f.n, d) + (dot(eb, f.cb) - dot(ea, f.ca));
+    // A rounded surface turns about the centre of its rounding.
+    const F rounds = load(block.rounding_a) * dot(ea, f.n) + load(block.rounding_b) * dot(eb, f.n);
+    const F center = dot(f.n, d) + ((dot(eb, f.cb) - dot(ea, f.ca)) + rounds);
     if constexpr (P == 1) {
       s[0] = load(block.points.separation[0]) + center;
     } else {
@@ -882,7 +884,10 @@ struct KernelsOf {
       }
     }
     store(L::sqrt(fastest), block.approach);
-    store(L::load(input.carried), block.carried);
+    gather_row(input, kRoundingRow, tail);
+    store(tail[0], block.carried);
+    store(tail[1], block.rounding_a);
+    store(tail[2], block.rounding_b);
     if constexpr (kFull) {
       gather_row(input, kRollingRow, tail);
       const V rolling = {tail[0], tail[1], tail[2]};

@@ -256,6 +256,51 @@ TEST_P(BothSteps, a_ball_rolls_down_an_incline_at_five_sevenths_of_gravity) {
   EXPECT_NEAR((world.linear_velocity(ball).norm() - before) / 2, 1.8136, 0.005 * 1.8136);
 }
 
+// Rollers that turn by up to a radian per step. `inertia` about their axis, of mass radius^2.
+struct Roller {
+  Shape shape;
+  double radius, inertia;
+};
+std::vector<Roller> small_rollers() {
+  const ShapeOptions lying = {
+      .local_pose = {.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()))}};
+  return {{Sphere{.radius = 0.05}, 0.05, 0.4},
+          {Sphere{.radius = 0.1, .hollow = true}, 0.1, 2 / 3.0},
+          {{Cylinder{.radius = 0.08, .half_height = 0.1}, lying}, 0.08, 0.5}};
+}
+TEST_P(BothSteps, small_bodies_that_turn_fast_roll_as_large_ones) {
+  for (const Roller& roller : small_rollers()) {
+    World world;
+    add_floor(world, 0.5, 0, 100);
+    const BodyId body = world.add_body(
+        {.shapes = {roller.shape}, .position = {0, roller.radius, 0}, .friction = 0.5});
+    run(world, 0.5);
+    world.set_velocity(body, {4, 0, 0}, Vec3::Zero());
+    run(world, 1);
+    const double rolling = 4 / (1 + roller.inertia);
+    EXPECT_NEAR(world.linear_velocity(body).x(), rolling, 0.005 * rolling);
+    EXPECT_NEAR(world.angular_velocity(body).z(), -rolling / roller.radius,
+                0.005 * rolling / roller.radius);
+  }
+}
+TEST_P(BothSteps, small_bodies_roll_down_an_incline_as_large_ones) {
+  const double angle = 15 * kPi / 180;
+  for (const Roller& roller : small_rollers()) {
+    World world;
+    add_incline(world, angle, 0.6);
+    const BodyId body =
+        world.add_body({.shapes = {roller.shape},
+                        .position = roller.radius * Vec3(-std::sin(angle), std::cos(angle), 0),
+                        .friction = 0.6});
+    run(world, 0.5);
+    const double before = world.linear_velocity(body).norm();
+    run(world, 1.5);
+    const double acceleration = kG * std::sin(angle) / (1 + roller.inertia);
+    EXPECT_NEAR((world.linear_velocity(body).norm() - before) / 1.5, acceleration,
+                0.005 * acceleration);
+  }
+}
+
 // A18. Halving the step halves the error at least, wherever there is an error to speak of; `errors`
 // at steps of 1/30, 1/60, 1/120 and 1/240 s.
 void expect_order(const std::array<double, 4>& errors, double order, double negligible) {
