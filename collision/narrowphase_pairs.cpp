@@ -450,6 +450,33 @@ void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float
   }
 }
 
+namespace {
+
+// A cylinder touches with its side if its axis is this near to a right angle with the normal (cosine).
+constexpr float kOnItsSide = 0.02f;
+
+// See Manifold::rounding_a.
+float rounding(const StepContext& step, core::ColliderIndex index, const V3f& normal) {
+  const Collider& collider = step.colliders->rows[index];
+  const V3f& size = collider.size;
+  switch (collider.type) {
+    case ShapeType::sphere:
+    case ShapeType::capsule:
+      return size.x;
+    case ShapeType::ellipsoid:
+      return size.x == size.y && size.y == size.z ? size.x : 0;
+    case ShapeType::cylinder: {
+      Q4f turn = to_float(step.bodies->pose[collider.body].orientation);
+      if (collider.has_local_rotation) turn = product(turn, collider.local_rotation);
+      return std::fabs(dot(normal, to_matrix(turn).c1)) < kOnItsSide ? size.x : 0;
+    }
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
 void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular) {
   if (pair.flags & core::kSensorPair) {
@@ -465,6 +492,10 @@ void store_patches(const StepContext& step, core::ContactPair& pair, const Patch
     place(patches.patch[0], linear, angular, manifolds[0]);
   else
     count = write(patches, linear, angular, pair, manifolds);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    manifolds[i].rounding_a = rounding(step, pair.a, manifolds[i].normal);
+    manifolds[i].rounding_b = rounding(step, pair.b, manifolds[i].normal);
+  }
   mark(pair, count > 0);
   if (pair.manifold_count == 0 && count > 0)
     core::set_materials(contacts, pair, step.colliders->rows[pair.a], step.colliders->rows[pair.b]);

@@ -32,6 +32,9 @@ struct alignas(32) Manifold {
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
   std::uint32_t feature[4] = {};  // of the points: which features touch; the same while they do
   float carried_impulse = 0;  // N s, normal, of a mean point in a substep, over the last seconds
+  // m, radius of the rounding of a surface that touches with it, along the normal: as the body turns
+  // another point of it comes to where this one was. 0: what touches turns with the body.
+  float rounding_a = 0, rounding_b = 0;
 };
 
 enum PairFlag : std::uint32_t {

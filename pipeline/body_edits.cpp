@@ -480,13 +480,15 @@ void apply_impulse(WorldData& world, BodyId body, const Vec3& impulse, const Vec
   check_finite("point", offset);
   core::Bodies& bodies = world.bodies;
   if (!bodies.is(body.index, core::kDynamic)) return;
-  wake(world, body.index);
   const core::BodyMass& mass = bodies.mass[body.index];
   const Mat3 inv_inertia =
       core::inv_inertia_w(mass, bodies.pose[body.index].orientation, bodies.flags[body.index]);
   const core::BodyMotion& motion = bodies.motion[body.index];
-  core::set_motion(bodies, body.index, motion.linear + mass.inv_mass * impulse,
-                   motion.angular + inv_inertia * offset.cross(impulse));
+  const Vec3 linear = motion.linear + mass.inv_mass * impulse;
+  const Vec3 angular = motion.angular + inv_inertia * offset.cross(impulse);
+  check_impulse(impulse, linear, angular);
+  wake(world, body.index);
+  core::set_motion(bodies, body.index, linear, angular);
 }
 
 }  // namespace skerry::pipeline

@@ -32,11 +32,6 @@ bool finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
-// Both are converted to float and multiplied with impulses.
-void check_coefficient(const std::string& field, double value) {
-  if (!(value >= 0 && value <= 1e6)) refuse(field, "between 0 and 1e6", text(value));
-}
-
 void check_count(const char* field, int count) {
   if (count < 1 || count > 10000) refuse(field, "between 1 and 10000", std::to_string(count));
 }
@@ -87,7 +82,8 @@ struct GeometryCheck {
       throw InputError(field, field + ": a plane belongs to a fixed or kinematic body");
     }
     check_unit(field + ".normal", s.normal);
-    check_finite(field + ".offset", s.offset);
+    if (!(std::abs(s.offset) <= 1e12))
+      refuse(field + ".offset", "finite and at most 1e12 m in size", text(s.offset));
   }
   void operator()(const TriangleMesh& s) const {
     if (!s.data) throw InputError(field + ".data", field + ".data: must not be null");
@@ -131,6 +127,13 @@ void check_positive(const std::string& field, double value) {
 void check_not_negative(const std::string& field, double value) {
   if (!std::isfinite(value) || value < 0) refuse(field, "zero or more and finite", text(value));
 }
+void check_coefficient(const std::string& field, double value) {
+  if (!(value >= 0 && value <= 1e6)) refuse(field, "between 0 and 1e6", text(value));
+}
+void check_frequency(const std::string& field, double value) {
+  if (value != 0 && !(value >= 1e-9 && value <= 1e9))
+    refuse(field, "0 or between 1e-9 and 1e9 Hz", text(value));
+}
 void check_position(const std::string& field, const Vec3& value) {
   if (!finite(value) || value.cwiseAbs().maxCoeff() > 1e12) {
     refuse(field, "finite and at most 1e12 m in each axis", text(value));
@@ -140,6 +143,14 @@ void check_rate(const std::string& field, const Vec3& value) {
   if (!finite(value) || value.cwiseAbs().maxCoeff() > 1e9) {
     refuse(field, "finite and at most 1e9 per second in each axis", text(value));
   }
+}
+void check_impulse(const Vec3& impulse, const Vec3& linear, const Vec3& angular) {
+  if (finite(linear) && finite(angular) && linear.cwiseAbs().maxCoeff() <= 1e9 &&
+      angular.cwiseAbs().maxCoeff() <= 1e9) {
+    return;
+  }
+  refuse("impulse", "one that leaves the body at velocities of at most 1e9 per second",
+         text(impulse));
 }
 void check_mass(const std::string& field, double value) {
   if (!(value >= 1e-20 && value <= 1e30)) {
@@ -219,11 +230,11 @@ void check_settings(const WorldSettings& settings) {
   check_count("solver.penalty.substeps", solver.penalty.substeps);
   check_positive("solver.penalty.hertz", solver.penalty.hertz);
   check_positive("solver.contact_hertz", solver.contact_hertz);
-  check_not_negative("solver.contact_damping_ratio", solver.contact_damping_ratio);
+  check_coefficient("solver.contact_damping_ratio", solver.contact_damping_ratio);
   check_not_negative("solver.max_push_velocity", solver.max_push_velocity);
   check_not_negative("solver.restitution_threshold", solver.restitution_threshold);
   check_positive("solver.joint_hertz", solver.joint_hertz);
-  check_not_negative("solver.joint_damping_ratio", solver.joint_damping_ratio);
+  check_coefficient("solver.joint_damping_ratio", solver.joint_damping_ratio);
   check_not_negative("sleep.linear_threshold", settings.sleep.linear_threshold);
   check_not_negative("sleep.angular_threshold", settings.sleep.angular_threshold);
   check_positive("sleep.time", settings.sleep.time);
@@ -235,6 +246,12 @@ void check_settings(const WorldSettings& settings) {
                                  to_string(settings.mode));
   }
 }
+
+namespace {
+void check_damping(const std::string& field, double value) {
+  if (!(value >= 0 && value <= 1e9)) refuse(field, "between 0 and 1e9 per second", text(value));
+}
+}  // namespace
 
 void check_body(const BodyDesc& body) {
   for (std::size_t i = 0; i < body.shapes.size(); ++i) {
@@ -249,8 +266,8 @@ void check_body(const BodyDesc& body) {
   if (!(std::abs(body.gravity_scale) <= 1e9)) {
     refuse("gravity_scale", "finite and at most 1e9 in size", text(body.gravity_scale));
   }
-  check_not_negative("linear_damping", body.linear_damping);
-  check_not_negative("angular_damping", body.angular_damping);
+  check_damping("linear_damping", body.linear_damping);
+  check_damping("angular_damping", body.angular_damping);
   if (body.mass) {
     check_mass("mass.mass", body.mass->mass);
     if (body.mass->center) check_offset("mass.center", *body.mass->center);

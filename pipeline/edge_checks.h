@@ -19,10 +19,16 @@ void check_finite(const std::string& field, const Vec3& value);
 void check_positive(const std::string& field, double value);
 // Finite and >= 0.
 void check_not_negative(const std::string& field, double value);
+// Between 0 and 1e6: converted to float and multiplied with impulses.
+void check_coefficient(const std::string& field, double value);
+// 0, or between 1e-9 and 1e9 Hz: squares and inverses stay finite.
+void check_frequency(const std::string& field, double value);
 // At most 1e12 m from the origin: a double there still tells 0.1 mm apart.
 void check_position(const std::string& field, const Vec3& value);
 // A velocity or acceleration, per second: at most 1e9 m or rad. Its square is far from the end of float.
 void check_rate(const std::string& field, const Vec3& value);
+// What an impulse makes of a body's velocities: rates, as above.
+void check_impulse(const Vec3& impulse, const Vec3& linear, const Vec3& angular);
 // Between 1e-20 and 1e30 kg: the inverse is a float.
 void check_mass(const std::string& field, double value);
 // A length of a shape: between a micrometre and 10,000 km, the range that single precision kernels

@@ -60,8 +60,8 @@ class JointMaker {
     check_bounds("lower_angle", "upper_angle", joint.lower_angle, joint.upper_angle);
     check_within("lower_angle", joint.lower_angle, -2 * kPi, 2 * kPi);
     check_within("upper_angle", joint.upper_angle, -2 * kPi, 2 * kPi);
-    softness("limit_frequency", joint.limit_frequency);
-    softness("limit_damping_ratio", joint.limit_damping_ratio);
+    check_frequency("limit_frequency", joint.limit_frequency);
+    check_coefficient("limit_damping_ratio", joint.limit_damping_ratio);
     check_drive("drive", joint.drive);
     axis(twist,
          {joint.lower_angle, joint.upper_angle, joint.limit_frequency, joint.limit_damping_ratio},
@@ -81,8 +81,8 @@ class JointMaker {
     lock({x, y, z, swing_x, swing_y, twist});
   }
   void operator()(const DistanceJoint& joint) {
-    check_finite("anchor_a", joint.anchor_a);
-    check_finite("anchor_b", joint.anchor_b);
+    check_position("anchor_a", joint.anchor_a);
+    check_position("anchor_b", joint.anchor_b);
     common(joint, joint.anchor_a);
     row.anchor_b = point_in(row.b, joint.anchor_b);
     check_limits("limits", distance, joint.limits);
@@ -104,8 +104,8 @@ class JointMaker {
     check_bounds("lower_twist", "upper_twist", joint.lower_twist, joint.upper_twist);
     check_within("lower_twist", joint.lower_twist, -2 * kPi, 2 * kPi);
     check_within("upper_twist", joint.upper_twist, -2 * kPi, 2 * kPi);
-    softness("limit_frequency", joint.limit_frequency);
-    softness("limit_damping_ratio", joint.limit_damping_ratio);
+    check_frequency("limit_frequency", joint.limit_frequency);
+    check_coefficient("limit_damping_ratio", joint.limit_damping_ratio);
     check_drive("swing", joint.swing);
     check_drive("twist", joint.twist);
     axis(swing_x, {}, joint.swing);
@@ -138,7 +138,7 @@ class JointMaker {
   template <class Desc>
   void common(const Desc& joint, const Vec3& anchor) {
     check_bodies(joint.a, joint.b);
-    check_finite("anchor", anchor);
+    check_position("anchor", anchor);
     check_most("breaks.force", joint.breaks.force);
     check_most("breaks.torque", joint.breaks.torque);
     row.a = joint.a == BodyId{} ? core::kNone : joint.a.index;
@@ -184,7 +184,6 @@ class JointMaker {
     return Quat::FromTwoVectors(Vec3::UnitZ(), axis.normalized());
   }
 
-  static void softness(const std::string& field, double value) { check_not_negative(field, value); }
   void lock(std::initializer_list<JointCoordinate> coordinates) {
     for (const JointCoordinate c : coordinates) row.locks[row.lock_count++] = c;
   }
@@ -209,8 +208,8 @@ Joint make_joint(const WorldData& world, const JointDesc& desc) {
 
 void check_limits(const std::string& field, JointCoordinate coordinate, const JointLimits& limits) {
   check_bounds(field + ".lower", field + ".upper", limits.lower, limits.upper);
-  check_not_negative(field + ".frequency", limits.frequency);
-  check_not_negative(field + ".damping_ratio", limits.damping_ratio);
+  check_frequency(field + ".frequency", limits.frequency);
+  check_coefficient(field + ".damping_ratio", limits.damping_ratio);
   const bool turns = coordinate == twist;
   const bool swings = coordinate == swing_x || coordinate == swing_y;
   const bool positive = coordinate == distance || coordinate == swing;
@@ -225,13 +224,13 @@ void check_limits(const std::string& field, JointCoordinate coordinate, const Jo
 }
 
 void check_drive(const std::string& field, const JointDrive& drive) {
-  check_not_negative(field + ".spring.frequency", drive.spring.frequency);
-  check_not_negative(field + ".spring.damping_ratio", drive.spring.damping_ratio);
+  check_frequency(field + ".spring.frequency", drive.spring.frequency);
+  check_coefficient(field + ".spring.damping_ratio", drive.spring.damping_ratio);
   check_finite(field + ".spring.rest", drive.spring.rest);
   check_finite(field + ".motor.target", drive.motor.target);
   check_most(field + ".motor.max_force", drive.motor.max_force);
-  check_not_negative(field + ".motor.frequency", drive.motor.frequency);
-  check_not_negative(field + ".motor.damping_ratio", drive.motor.damping_ratio);
+  check_frequency(field + ".motor.frequency", drive.motor.frequency);
+  check_coefficient(field + ".motor.damping_ratio", drive.motor.damping_ratio);
   check_most(field + ".friction", drive.friction);
 }
 

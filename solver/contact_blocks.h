@@ -68,20 +68,23 @@ enum ManifoldRow : std::uint32_t {
   kFrictionRow = 24,
   kRollingRow = 28,   // rolling impulse, total impulse
   kMaterialRow = 32,  // friction, restitution, rolling resistance, approach speed
+  kRoundingRow = 40,  // carried impulse, rounding of a, of b
 };
 static_assert(offsetof(core::Manifold, points) == 4 * kPointRow &&
               sizeof(core::ManifoldPoint) == 4 * 4 &&
               offsetof(core::Manifold, normal_impulse) == 4 * kImpulseRow &&
               offsetof(core::Manifold, friction_impulse) == 4 * kFrictionRow &&
               offsetof(core::Manifold, rolling_impulse) == 4 * kRollingRow &&
-              offsetof(core::Manifold, friction) == 4 * kMaterialRow);
+              offsetof(core::Manifold, friction) == 4 * kMaterialRow &&
+              offsetof(core::Manifold, carried_impulse) == 4 * kRoundingRow &&
+              offsetof(core::Manifold, rounding_a) == 4 * kRoundingRow + 4 &&
+              sizeof(core::Manifold) >= 4 * kRoundingRow + 16);
 
 // One block's manifolds on their way into the lanes. Padding lanes: an empty manifold, rows 0.
 struct alignas(64) LaneInput {
   const float* manifold[kMaxWidth];
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
   float offset[3][kMaxWidth];  // m, centre of b from centre of a
-  float carried[kMaxWidth];    // N s, Manifold::carried_impulse
   // Inverse mass per axis; for the full kinds alone.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
 };
@@ -168,8 +171,9 @@ struct alignas(64) ContactBlock {
   FullLanes<W, P, kFull> full;
   PointLanes<W, P> points;
   FrictionLanes<W, P> friction;
-  Lanes<W> carried;   // N s, of every point
-  Lanes<W> approach;  // m/s
+  Lanes<W> carried;                 // N s, of every point
+  Lanes<W> rounding_a, rounding_b;  // m, see core::Manifold
+  Lanes<W> approach;                // m/s
 };
 
 // The kernels read rows as floats.

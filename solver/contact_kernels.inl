@@ -34,6 +34,9 @@ struct KernelsOf {
   SKERRY_LANE V select(const M& m, const V& yes, const V& no) {
     return {L::select(m, yes.x, no.x), L::select(m, yes.y, no.y), L::select(m, yes.z, no.z)};
   }
+  SKERRY_LANE Velocity select(const M& m, const Velocity& yes, const Velocity& no) {
+    return {select(m, yes.linear, no.linear), select(m, yes.angular, no.angular)};
+  }
   SKERRY_LANE F zero() { return L::set(0.0f); }
   // 1 / x, or 0 where x is not positive.
   SKERRY_LANE F inverse_or_zero(const F& x) {
@@ -147,7 +150,9 @@ struct KernelsOf {
     L::gather(base + 4, 8, block.row_b, qb);
     const V ea = turned_back(qa, f.n), eb = turned_back(qb, f.n);
     const V d = {db[0] - da[0], db[1] - da[1], db[2] - da[2]};
-    const F center = dot(f.n, d) + (dot(eb, f.cb) - dot(ea, f.ca));
+    // A rounded surface turns about the centre of its rounding.
+    const F rounds = load(block.rounding_a) * dot(ea, f.n) + load(block.rounding_b) * dot(eb, f.n);
+    const F center = dot(f.n, d) + ((dot(eb, f.cb) - dot(ea, f.ca)) + rounds);
     if constexpr (P == 1) {
       s[0] = load(block.points.separation[0]) + center;
     } else {
@@ -186,21 +191,27 @@ struct KernelsOf {
   struct NormalSum {
     F push, torque1, torque2;
   };
-  // Books the change `d` of point i and its effect on the points after it.
   template <int P, bool kFull>
-  SKERRY_LANE void book(const ContactBlock<W, P, kFull>& block, int i, const F& d, F* vn,
-                        NormalSum& sum) {
-    sum.push = sum.push + d;
-    if constexpr (P > 1) {
-      sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
-      sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
-      for (int j = i + 1; j < P; ++j) {
-        vn[j] = vn[j] + load(block.points.coupling[slot_of(i, j)]) * d;
+  SKERRY_LANE NormalSum sum_of(const ContactBlock<W, P, kFull>& block, const F* change) {
+    if constexpr (P == 1) {
+      return {change[0], zero(), zero()};
+    } else {
+      NormalSum sum = {zero(), zero(), zero()};
+      for (int i = 0; i < P; ++i) {
+        sum.push = sum.push + change[i];
+        sum.torque1 = sum.torque1 + load(block.points.v[i]) * change[i];
+        sum.torque2 = sum.torque2 - load(block.points.u[i]) * change[i];
       }
+      return sum;
     }
   }
 
   // ---- Passes.
+
+  // m: a smaller gap counts as none where bodies may bounce. After an impact all points lie within
+  // rounding of the surface, on either side of it, and must be treated alike.
+  template <bool kFull>
+  static constexpr float kTouching = kFull ? 1e-5f : 0.0f;
 
   // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
   // of the impulse goes; impulse_scale is the leak per impulse.
@@ -215,7 +226,7 @@ struct KernelsOf {
     const F carried = load(block.carried);
     Wanted<P> w;
     for (int i = 0; i < P; ++i) {
-      const M apart = L::less(none, s[i]);
+      const M apart = L::less(L::set(kTouching<kFull>), s[i]);
       w.old[i] = load(block.points.impulse[i]);
       F push = none;
       w.scale[i] = one;
@@ -242,33 +253,36 @@ struct KernelsOf {
       store(impulse[0], block.points.impulse[0]);
       return {impulse[0] - w.old[0], zero(), zero()};
     } else {
-      const M fails = solve_together(block, s, w, vn, impulse);
+      F nearest = s[0], farthest = s[0];
+      for (int i = 1; i < P; ++i) {
+        nearest = L::min(nearest, s[i]);
+        farthest = L::max(farthest, s[i]);
+      }
+      const M mixed = L::both(L::less(L::set(kTouching<kFull>), farthest),
+                              L::less(nearest, L::set(kTouching<kFull> + 1e-30f)));
+      const M fails = L::either(mixed, solve_together(block, w, vn, impulse));
       if (L::any(fails)) {
         F other[P];
-        solve_side_by_side(block, w, vn, other);
+        solve_side_by_side<kPassRounds>(block, w, vn, other);
         for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
       }
-      NormalSum sum = {zero(), zero(), zero()};
+      F change[P];
       for (int i = 0; i < P; ++i) {
-        const F d = impulse[i] - w.old[i];
-        sum.push = sum.push + d;
-        sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
-        sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
+        change[i] = impulse[i] - w.old[i];
         store(impulse[i], block.points.impulse[i]);
       }
-      return sum;
+      return sum_of(block, change);
     }
   }
 
   // Four points that all press or all are still apart, by one exact solve that knows no order of the
   // points (docs/decisions/0007). Returns where it fails: there its impulses mean nothing.
   template <int P, bool kFull>
-  SKERRY_LANE M solve_together(const ContactBlock<W, P, kFull>& block, const F* s,
-                               const Wanted<P>& w, const F* vn, F* impulse) {
+  SKERRY_LANE M solve_together(const ContactBlock<W, P, kFull>& block, const Wanted<P>& w,
+                               const F* vn, F* impulse) {
     const F none = zero();
     F error[3] = {none, none, none};
     F u[P], v[P];
-    F nearest = s[0], farthest = s[0];
     for (int i = 0; i < P; ++i) {
       u[i] = load(block.points.u[i]);
       v[i] = load(block.points.v[i]);
@@ -276,8 +290,6 @@ struct KernelsOf {
       error[0] = error[0] + e;
       error[1] = error[1] + v[i] * e;
       error[2] = error[2] - u[i] * e;
-      nearest = L::min(nearest, s[i]);
-      farthest = L::max(farthest, s[i]);
     }
     F m[6];
     for (int k = 0; k < 6; ++k) m[k] = load(block.points.together[k]);
@@ -289,16 +301,17 @@ struct KernelsOf {
       impulse[i] = w.old[i] - ((p0 + (v[i] * p1 - u[i] * p2)) + w.leak[i]);
       least = L::min(least, impulse[i]);
     }
-    const M mixed = L::both(L::less(none, farthest), L::less(nearest, L::set(1e-30f)));
-    return L::either(mixed, L::either(L::less(m[0], none), L::less(least, none)));
+    return L::either(L::less(m[0], none), L::less(least, none));
   }
 
   // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
   // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
-  template <int P, bool kFull>
+  static constexpr int kPassRounds = 2;      // the next pass goes on from there
+  static constexpr int kBounceRounds = 32;   // there is no next; two ends of a rod: (2/3)^32
+  static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
+  template <int kRounds, int P, bool kFull>
   SKERRY_LANE void solve_side_by_side(const ContactBlock<W, P, kFull>& block, const Wanted<P>& w,
                                       F* vn, F* impulse) {
-    constexpr int kRounds = 2;
     const F none = zero(), one = L::set(1.0f);
     F part[P], own[P], coupling[6], bound[6];
     for (int i = 0; i < P; ++i) {
@@ -361,6 +374,9 @@ struct KernelsOf {
   }
 
   SKERRY_LANE void accumulate(Lanes<W>& sum, const F& x) { store(load(sum) + x, sum); }
+  SKERRY_LANE void accumulate(Lanes<W>& sum, const F& x, const M& where) {
+    store(L::select(where, load(sum) + x, load(sum)), sum);
+  }
 
   template <int P, bool kFull, bool kRelax>
   SKERRY_LANE void pass_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
@@ -393,7 +409,30 @@ struct KernelsOf {
   SKERRY_LANE void add_friction(const ContactPass& pass, ContactBlock<W, P, kFull>& block,
                                 const Frame<P, kFull>& f, const V& linear, const V& angular,
                                 const NormalSum& sum, const F* impulse, V& push, V& torque) {
+    constexpr int kRows = P > 1 ? 3 : 2;
     auto& friction = block.friction;
+    F drag[kRows];
+    for (int k = 0; k < kRows; ++k) drag[k] = load(friction.impulse[k]);
+    solve_friction(block, f, linear, angular, sum, impulse, drag, push, torque);
+    for (int k = 0; k < kRows; ++k) store(drag[k], friction.impulse[k]);
+    if (pass.books) {
+      for (int i = 0; i < P; ++i) accumulate(friction.normal_sum[i], impulse[i]);
+      for (int k = 0; k < kRows; ++k) accumulate(friction.sum[k], drag[k]);
+      if constexpr (kFull) {
+        for (int i = 0; i < P; ++i) {
+          store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
+        }
+      }
+    }
+  }
+
+  // Friction and twist within what normal impulses allow; `sum` has changed the velocities since
+  // `linear` and `angular` were taken. `drag`: the impulses so far, and then.
+  template <int P, bool kFull>
+  SKERRY_LANE void solve_friction(const ContactBlock<W, P, kFull>& block, const Frame<P, kFull>& f,
+                                  const V& linear, const V& angular, const NormalSum& sum,
+                                  const F* impulse, F* drag, V& push, V& torque) {
+    const auto& friction = block.friction;
     F total = impulse[0];
     for (int i = 1; i < P; ++i) total = total + impulse[i];
     const F coefficient = load(friction.coefficient);
@@ -405,24 +444,11 @@ struct KernelsOf {
                        load(friction.from_normal[k][2]) * sum.torque2);
       }
     }
-    const F old1 = load(friction.impulse[0]), old2 = load(friction.impulse[1]);
-    F p1 = old1, p2 = old2;
-    solve_disc(friction.inverse, load(friction.slide_mass), coefficient * total, v[0], v[1], p1,
-               p2);
-    store(p1, friction.impulse[0]);
-    store(p2, friction.impulse[1]);
-    const F d1 = p1 - old1, d2 = p2 - old2;
+    const F old1 = drag[0], old2 = drag[1];
+    solve_disc(friction.inverse, load(friction.slide_mass), coefficient * total, v[0], v[1],
+               drag[0], drag[1]);
+    const F d1 = drag[0] - old1, d2 = drag[1] - old2;
     push = add(push, add(mul(f.t1, d1), mul(f.t2, d2)));
-    if (pass.books) {
-      for (int i = 0; i < P; ++i) accumulate(friction.normal_sum[i], impulse[i]);
-      accumulate(friction.sum[0], p1);
-      accumulate(friction.sum[1], p2);
-      if constexpr (kFull) {
-        for (int i = 0; i < P; ++i) {
-          store(L::max(load(block.full.max_impulse[i]), impulse[i]), block.full.max_impulse[i]);
-        }
-      }
-    }
     if constexpr (P > 1) {
       F moment = zero();
       for (int i = 0; i < P; ++i) moment = moment + load(friction.lever[i]) * impulse[i];
@@ -432,11 +458,9 @@ struct KernelsOf {
                        (load(friction.twist_from[1]) * sum.torque1 +
                         load(friction.twist_from[2]) * sum.torque2)) +
                       (load(friction.twist_from[3]) * d1 + load(friction.twist_from[4]) * d2));
-      const F old = load(friction.impulse[2]);
-      const F twist = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
-      store(twist, friction.impulse[2]);
-      torque = add(torque, mul(f.n, twist - old));
-      if (pass.books) accumulate(friction.sum[2], twist);
+      const F old = drag[2];
+      drag[2] = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
+      torque = add(torque, mul(f.n, drag[2] - old));
     }
   }
 
@@ -493,37 +517,96 @@ struct KernelsOf {
     scatter_velocity(pass, block.row_b, b);
   }
 
-  // Newton restitution at points that pushed in this step. The wanted speed is that at touch,
-  // carried to where the point is now along the free parabola; not below the surface, where a body
-  // that rests under a great load would be thrown up again in every step.
+  // Newton restitution at points that pushed in this step, those that do not bounce held. No point
+  // is first, or what lands flat would rebound spinning. Friction within what the normals will be,
+  // then the normals: in this order neither can gain energy from the other.
   template <int P>
   SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
+    constexpr int kRows = P > 1 ? 3 : 2;
+    const F none = zero();
     Velocity a = gather_velocity(pass.velocity, block.row_a);
     Velocity b = gather_velocity(pass.velocity, block.row_b);
     const Frame<P, true> f = load_frame(block);
-    F s[P], vn[P];
+    F s[P], drag[kRows];
     separations(pass, block, f, s);
-    V linear, angular;
+    const Bounce<P> bounce = bounce_of(block, s);
+    if (!L::any(bounce.any)) return;
+    V linear, angular, push = {none, none, none}, torque = push;
+    F vn[P], impulse[P];
     relative_velocity(f, a, b, linear, angular);
     point_velocities(block, f, linear, angular, vn);
-    const F none = zero();
-    const F twice = load(block.full.acceleration) + load(block.full.acceleration);
-    NormalSum sum = {none, none, none};
+    solve_bounce(block, bounce, vn, impulse);
+    for (int i = 0; i < P; ++i) impulse[i] = L::max(impulse[i] - bounce.wanted.old[i], none);
+    for (int k = 0; k < kRows; ++k) drag[k] = none;
+    solve_friction(block, f, linear, angular, {none, none, none}, impulse, drag, push, torque);
+    Velocity next_a = a, next_b = b;
+    apply(block, f.ca, f.cb, push, torque, next_a, next_b);
+
+    relative_velocity(f, next_a, next_b, linear, angular);
+    point_velocities(block, f, linear, angular, vn);
+    solve_bounce(block, bounce, vn, impulse);
     for (int i = 0; i < P; ++i) {
-      const F bounce = load(block.full.bounce[i]);
-      const M fires =
-          L::both(L::less(none, bounce), L::less(none, load(block.full.max_impulse[i])));
-      const F wanted = L::sqrt(L::max(bounce + twice * L::max(s[i], none), none));
-      const F d =
-          L::select(fires, L::max(load(block.points.mass[i]) * (wanted - vn[i]), none), none);
-      book(block, i, d, vn, sum);
-      accumulate(block.friction.normal_sum[i], d);
+      impulse[i] = impulse[i] - bounce.wanted.old[i];
+      accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
     }
-    V torque = {none, none, none};
+    for (int k = 0; k < kRows; ++k) accumulate(block.friction.sum[k], drag[k], bounce.any);
+    const NormalSum sum = sum_of(block, impulse);
+    torque = {none, none, none};
     if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
-    apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, a, b);
-    scatter_velocity(pass, block.row_a, a);
-    scatter_velocity(pass, block.row_b, b);
+    apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
+    scatter_velocity(pass, block.row_a, select(bounce.any, next_a, a));
+    scatter_velocity(pass, block.row_b, select(bounce.any, next_b, b));
+  }
+
+  // What a bounce asks of the points. The impulses so far are those of the whole step: where a
+  // point's blow came from the fall of another that now rebounds, it is taken back.
+  template <int P>
+  struct Bounce {
+    Wanted<P> wanted;
+    F points;  // how many take part
+    M any;     // of them bounces
+  };
+  // The speed wanted is that of the free flight at touch, carried to where the point is now along the
+  // parabola; not below the surface, where a body that rests under a great load would be thrown up in
+  // every step.
+  template <int P>
+  SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* s) {
+    const F none = zero(), one = L::set(1.0f);
+    const F twice = load(block.full.acceleration) + load(block.full.acceleration);
+    Bounce<P> bounce;
+    F bouncing = none;
+    bounce.points = none;
+    for (int i = 0; i < P; ++i) {
+      const F square = load(block.full.bounce[i]);
+      const M pressed = L::less(none, load(block.full.max_impulse[i]));
+      const M bounces = L::both(L::less(none, square), pressed);
+      const F speed = L::sqrt(L::max(square + twice * L::max(s[i], none), none));
+      bouncing = bouncing + L::select(bounces, one, none);
+      bounce.points = bounce.points + L::select(pressed, one, none);
+      Wanted<P>& w = bounce.wanted;
+      w.bias[i] = L::select(bounces, none - speed, L::select(pressed, none, L::set(kNoMeeting)));
+      w.old[i] = L::select(bounces, load(block.friction.normal_sum[i]), none);
+      w.scale[i] = one;
+      w.leak[i] = w.impulse_scale[i] = none;
+    }
+    bounce.any = L::less(none, bouncing);
+    return bounce;
+  }
+
+  template <int P>
+  SKERRY_LANE void solve_bounce(const ContactBlock<W, P, true>& block, const Bounce<P>& bounce,
+                                F* vn, F* impulse) {
+    const Wanted<P>& w = bounce.wanted;
+    if constexpr (P == 1) {
+      impulse[0] = L::max(w.old[0] - load(block.points.mass[0]) * (vn[0] + w.bias[0]), zero());
+    } else {
+      const M fails = L::either(solve_together(block, w, vn, impulse),
+                                L::less(bounce.points, L::set(static_cast<float>(P))));
+      if (!L::any(L::both(fails, bounce.any))) return;
+      F other[P];
+      solve_side_by_side<kBounceRounds>(block, w, vn, other);
+      for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
+    }
   }
 
   // ---- Preparation.
@@ -801,7 +884,10 @@ struct KernelsOf {
       }
     }
     store(L::sqrt(fastest), block.approach);
-    store(L::load(input.carried), block.carried);
+    gather_row(input, kRoundingRow, tail);
+    store(tail[0], block.carried);
+    store(tail[1], block.rounding_a);
+    store(tail[2], block.rounding_b);
     if constexpr (kFull) {
       gather_row(input, kRollingRow, tail);
       const V rolling = {tail[0], tail[1], tail[2]};

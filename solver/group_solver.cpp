@@ -612,7 +612,6 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   for (int k = 0; k < 3; ++k) {
     input.offset[k][lane] = padding ? 0.0f : core::rounded_to_float(contacts_[index].offset[k]);
   }
-  input.carried[lane] = manifold.carried_impulse;
 }
 
 void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
@@ -653,8 +652,9 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   const LaneOutput::Row& push_row = output.push[lane];
   const LaneOutput::Row& torque_row = output.torque[lane];
   const Vec3 push = to_double(push_row.v), torque_a = to_double(torque_row.v);
-  const bool pushed =
-      !(push_row.s <= 0);  // NaN as well: the body is to be set aside, not to fly on
+  // NaN as well: the body is to be set aside, not to fly on. A bounce may take back all of the push
+  // but not its friction.
+  const bool pushed = !(push_row.s <= 0) || !push.isZero(0) || !torque_a.isZero(0);
   const bool impact = pushed && torque_row.s > kImpactSpeed;
   Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
   const float* n = manifold.normal_impulse;
@@ -701,7 +701,10 @@ void GroupSolver::judge(std::uint32_t index) {
   }
   double gap[4] = {};
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
-    const Vec3 arm_a = to_double(manifold.points[i].position), arm_b = arm_a - offset;
+    // A rounded surface turns about the centre of its rounding.
+    const Vec3 at = to_double(manifold.points[i].position);
+    const Vec3 arm_a = at - double(manifold.rounding_a) * n;
+    const Vec3 arm_b = at - offset + double(manifold.rounding_b) * n;
     const Vec3 moved = shift[1] + turn[1] * arm_b - arm_b - shift[0] - turn[0] * arm_a + arm_a;
     gap[i] = double(manifold.points[i].separation) + n.dot(moved);
   }

@@ -75,6 +75,70 @@ TEST_P(BothSteps, a_ball_bounces_to_the_square_of_its_restitution) {
   }
 }
 
+// What lands on several points at once rebounds as straight as a ball, however it lies in the world.
+struct FlatLanding {
+  Shape shape;
+  double height;  // m, of the centre above the ground at touch
+  Quat turn = Quat::Identity();
+};
+std::vector<FlatLanding> flat_landings() {
+  const Quat lying(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+  return {{Box{.half_extents = {0.4, 0.3, 0.5}}, 0.3},
+          {Cylinder{.radius = 0.4, .half_height = 0.3}, 0.3},
+          {Cylinder{.radius = 0.3, .half_height = 0.6}, 0.3, lying},
+          {Capsule{.radius = 0.3, .half_height = 0.6}, 0.3, lying}};
+}
+TEST_P(BothSteps, what_lands_flat_bounces_without_turning) {
+  const Quat up(Eigen::AngleAxisd(0.7, Vec3(1, 2, -2).normalized()));
+  const double e = 0.8;
+  for (const FlatLanding& landing : flat_landings()) {
+    World world({.gravity = up * Vec3(0, -kG, 0)});
+    world.add_body(
+        {.type = BodyType::fixed, .shapes = {Plane{}}, .orientation = up, .friction = 0.6});
+    const BodyId body = world.add_body({.shapes = {landing.shape},
+                                        .position = up * Vec3(0, 2 + landing.height, 0),
+                                        .orientation = up * landing.turn,
+                                        .friction = 0.6,
+                                        .restitution = e});
+    std::array<double, 3> apex = {0, 0, 0};
+    int bounce = 0;
+    double before = 0;
+    for (double t = 0; t < 8 && bounce <= 3; t += dt()) {
+      world.step(dt());
+      const double v = (up.conjugate() * world.linear_velocity(body)).y();
+      if (before < -1e-3 && v >= 0) ++bounce;
+      before = v;
+      if (bounce < 1 || bounce > 3) continue;
+      const double y = (up.conjugate() * world.pose(body).position).y() - landing.height;
+      double& best = apex[static_cast<std::size_t>(bounce - 1)];
+      best = std::max(best, y + v * v / (2 * kG) * (v > 0));
+      EXPECT_LT(world.angular_velocity(body).norm(), 0.01) << landing.shape.geometry.index();
+    }
+    for (int k = 1; k <= 3; ++k) {
+      EXPECT_NEAR(apex[static_cast<std::size_t>(k - 1)], 2 * std::pow(e, 2 * k), 0.005 * 2)
+          << landing.shape.geometry.index() << ", bounce " << k;
+    }
+  }
+}
+
+// The whole push of a bounce, 1 + e times the approach, rubs.
+TEST_P(BothSteps, a_ball_that_bounces_aslant_is_slowed_by_friction_on_the_whole_push) {
+  for (const double e : {0.0, 0.5, 1.0}) {
+    for (const double height : {0.5, 0.537, 0.561}) {  // also across the end of a step
+      World world({.gravity = {0, 0, 0}});
+      add_floor(world, 0.2, e);
+      const BodyId ball = world.add_body({.shapes = {Sphere{.radius = 0.5}},
+                                          .position = {0, 0.5 + height, 0},
+                                          .linear_velocity = {12, -4, 0},
+                                          .friction = 0.2,
+                                          .restitution = e});
+      run(world, 0.5);
+      EXPECT_NEAR(world.linear_velocity(ball).x(), 12 - 0.2 * (1 + e) * 4, 1e-3) << e;
+      EXPECT_NEAR(world.linear_velocity(ball).y(), 4 * e, 1e-3) << e;
+    }
+  }
+}
+
 // A6. Momentum and Newton's law of restitution.
 TEST_P(BothSteps, head_on_spheres_part_with_their_restitution) {
   World world({.gravity = {0, 0, 0}});
@@ -190,6 +254,51 @@ TEST_P(BothSteps, a_ball_rolls_down_an_incline_at_five_sevenths_of_gravity) {
   const double before = world.linear_velocity(ball).norm();
   run(world, 2);
   EXPECT_NEAR((world.linear_velocity(ball).norm() - before) / 2, 1.8136, 0.005 * 1.8136);
+}
+
+// Rollers that turn by up to a radian per step. `inertia` about their axis, of mass radius^2.
+struct Roller {
+  Shape shape;
+  double radius, inertia;
+};
+std::vector<Roller> small_rollers() {
+  const ShapeOptions lying = {
+      .local_pose = {.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()))}};
+  return {{Sphere{.radius = 0.05}, 0.05, 0.4},
+          {Sphere{.radius = 0.1, .hollow = true}, 0.1, 2 / 3.0},
+          {{Cylinder{.radius = 0.08, .half_height = 0.1}, lying}, 0.08, 0.5}};
+}
+TEST_P(BothSteps, small_bodies_that_turn_fast_roll_as_large_ones) {
+  for (const Roller& roller : small_rollers()) {
+    World world;
+    add_floor(world, 0.5, 0, 100);
+    const BodyId body = world.add_body(
+        {.shapes = {roller.shape}, .position = {0, roller.radius, 0}, .friction = 0.5});
+    run(world, 0.5);
+    world.set_velocity(body, {4, 0, 0}, Vec3::Zero());
+    run(world, 1);
+    const double rolling = 4 / (1 + roller.inertia);
+    EXPECT_NEAR(world.linear_velocity(body).x(), rolling, 0.005 * rolling);
+    EXPECT_NEAR(world.angular_velocity(body).z(), -rolling / roller.radius,
+                0.005 * rolling / roller.radius);
+  }
+}
+TEST_P(BothSteps, small_bodies_roll_down_an_incline_as_large_ones) {
+  const double angle = 15 * kPi / 180;
+  for (const Roller& roller : small_rollers()) {
+    World world;
+    add_incline(world, angle, 0.6);
+    const BodyId body =
+        world.add_body({.shapes = {roller.shape},
+                        .position = roller.radius * Vec3(-std::sin(angle), std::cos(angle), 0),
+                        .friction = 0.6});
+    run(world, 0.5);
+    const double before = world.linear_velocity(body).norm();
+    run(world, 1.5);
+    const double acceleration = kG * std::sin(angle) / (1 + roller.inertia);
+    EXPECT_NEAR((world.linear_velocity(body).norm() - before) / 1.5, acceleration,
+                0.005 * acceleration);
+  }
 }
 
 // A18. Halving the step halves the error at least, wherever there is an error to speak of; `errors`

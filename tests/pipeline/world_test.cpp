@@ -84,6 +84,24 @@ TEST(BadInput, numbers_beyond_what_the_solver_can_hold_are_refused) {
     EXPECT_THROW(World({.gravity = {0, huge, 0}}), InputError);
   }
   expect_body_refused("friction", {.shapes = shapes, .friction = 1e30});
+  expect_body_refused("linear_damping", {.shapes = shapes, .linear_damping = 1e30});
+  expect_body_refused("angular_damping", {.shapes = shapes, .angular_damping = 1e30});
+  expect_body_refused("shapes[0].offset",
+                      {.type = BodyType::fixed, .shapes = {Plane{.offset = 1e300}}});
+  EXPECT_THROW(World({.solver = {.contact_damping_ratio = 1e30}}), InputError);
+  EXPECT_THROW(World({.solver = {.joint_damping_ratio = 1e30}}), InputError);
+  World world;
+  const BodyId ball = world.add_body({.shapes = shapes});
+  expect_refused(world, "impulse", [&] { world.apply_impulse(ball, {1e300, 0, 0}); });
+  expect_refused(world, "impulse", [&] {
+    world.apply_impulse_at(ball, {1e10, 0, 0}, {0, 1e12, 0});
+  });
+  expect_refused(world, "anchor", [&] {
+    world.add_joint(BallJoint{.b = ball, .anchor = {1e300, 0, 0}});
+  });
+  expect_refused(world, "drive.spring.frequency", [&] {
+    world.add_joint(HingeJoint{.b = ball, .drive = {.spring = {.frequency = 1e-300}}});
+  });
   expect_body_refused("mass.mass", {.shapes = shapes, .mass = MassOverride{.mass = 1e300}});
   expect_body_refused("mass.mass", {.shapes = shapes, .mass = MassOverride{.mass = 1e-300}});
   expect_body_refused(

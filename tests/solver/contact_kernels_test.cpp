@@ -157,6 +157,8 @@ Manifold random_manifold(Random& random, const Magnitudes& magnitudes, ContactKi
   m.twist_impulse = impulse * random.between(-0.01f, 0.01f);
   m.friction = random.below(5) ? random.between(0, 1) : 0;
   m.carried_impulse = impulse * random.between(0, 0.1f);
+  m.rounding_a = random.below(2) ? random.between(0, 0.5f) : 0;
+  m.rounding_b = random.below(2) ? random.between(0, 0.5f) : 0;
   if (full) {
     m.restitution = random.below(3) ? random.between(0, 1) : 0;
     m.rolling_resistance = random.below(3) ? random.between(0, 0.1f) : 0;
@@ -302,7 +304,6 @@ class Run {
     input.row_a[lane] = contact->row_a;
     input.row_b[lane] = contact->row_b;
     const float offset[3] = {contact->offset.x, contact->offset.y, contact->offset.z};
-    input.carried[lane] = contact->manifold.carried_impulse;
     for (std::uint32_t k = 0; k < 3; ++k) {
       input.offset[k][lane] = offset[k];
       input.inv_mass_a[k][lane] = inv_mass(contact->row_a, k);
