@@ -197,21 +197,8 @@ bool leans_too_far(const Triangle& triangle, const V3f& out);
 // Is a point over the triangle's face or below it?
 bool over_face(const Triangle& triangle, const V3f& point);
 
-// The flat end of a cylinder or cone that looks at a triangle.
-struct Cap {
-  std::uint32_t index = 0;    // 0 at -y, 1 at +y
-  float separation = -3e38f;  // m, of the triangle along the cap's normal
-  // Whether the contact is where the cap and the triangle's face lie over each other, along whose
-  // normal. If not, rim or mantle touch, or an edge of the triangle.
-  enum class Along : std::uint8_t { neither, cap, triangle } along = Along::neither;
-};
-Cap facing_cap(const PlacedShape& shape, const Triangle& triangle);
+// Outward normal of the flat end of a cylinder or cone: 0 at -y, 1 at +y.
 V3f cap_normal(const PlacedShape& shape, std::uint32_t index);
-
-// A capsule against a triangle, which comes second. Nothing where the nearest feature is the
-// neighbours' to answer for.
-void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
-                      ContactPatch& patch);
 
 // Any two convex shapes but planes. Remembers the normal in Query::cache. Returns false if no
 // direction could be found (values that are not finite).
