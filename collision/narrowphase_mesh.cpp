@@ -121,7 +121,7 @@ class TriangleCollider {
  public:
   TriangleCollider(const PlacedShape& shape, Query& query, MeshScratch& scratch)
       : shape_(shape), query_(query), scratch_(scratch), middle_(middle(shape)) {
-    if (is_polytope()) prepare_search(shape, query.margin, scratch.box, scratch.search);
+    if (is_polytope(shape_)) prepare_search(shape, query.margin, scratch.box, scratch.search);
   }
 
   void collide(const PlacedShape& surface, std::span<const std::uint32_t> triangles) {
@@ -132,7 +132,7 @@ class TriangleCollider {
     if (shape_.collider->type == ShapeType::sphere) {
       near &= touch_triangles(shape_.center, shape_.collider->size.x + query_.margin, count, batch,
                               scratch_.touches);
-    } else if (is_polytope()) {
+    } else if (is_polytope(shape_)) {
       near &= search_triangles(scratch_.search, count, batch, scratch_.axes);
       clip(near & ~scratch_.axes.by_edges, triangles);
       near &= scratch_.axes.by_edges;
@@ -156,10 +156,6 @@ class TriangleCollider {
   std::uint32_t failures() const { return failures_; }
 
  private:
-  bool is_polytope() const {
-    return shape_.collider->type == ShapeType::box || shape_.collider->type == ShapeType::hull;
-  }
-
   void gather(const Collider& surface, std::span<const std::uint32_t> triangles) {
     TriangleBatch& batch = scratch_.batch;
     int lane = 0;
@@ -249,7 +245,7 @@ class TriangleCollider {
     PlacedShape placed;
     placed.triangle = &triangle;
     placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (is_polytope())
+    if (is_polytope(shape_))
       return edge_triangle(shape_, placed, scratch_.search, scratch_.axes, lane, query_, patch);
     const float lowest =
         dot(triangle.normal, shape_.center - triangle.corner[0]) - extent(shape_, -triangle.normal);
