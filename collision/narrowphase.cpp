@@ -136,7 +136,8 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
   const PairFrame frame = pair_frame(step, pair, approach);
   PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
-  placed.query.memory = &step.contacts->axis_memory[pair.first_manifold];
+  if (is_polytope(placed.a) && is_polytope(placed.b))
+    placed.query.memory = &step.contacts->polytope_memory[pair.first_manifold];
   const bool swap = placed.a.collider->type > placed.b.collider->type;
   if (swap) placed = swapped(placed);
   PatchSet patches;

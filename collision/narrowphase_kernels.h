@@ -42,6 +42,10 @@ struct PlacedShape {
   float height = 0;     // m, planes only: of the other shape's centre over the plane, from doubles
 };
 
+inline bool is_polytope(const PlacedShape& shape) {
+  return shape.collider->type == ShapeType::box || shape.collider->type == ShapeType::hull;
+}
+
 // What of a pair is not its shapes: how far to look, how the two move, what was chosen last time.
 // The second shape's velocity relative to the first at the place p is linear + angular x p.
 struct Query {
@@ -52,7 +56,7 @@ struct Query {
   float margin = kSpeculativeDistance;  // m: gap beyond which no point can close to `slop`
   float touch = 3e38f;                  // m: gap up to which a fast pair touches; else no limit
   std::uint32_t cache = 0;              // ContactPair::cache
-  core::AxisMemory* memory = nullptr;   // of two polytopes; null: `cache` must be 0
+  core::PolytopeMemory* memory = nullptr;  // of two polytopes
   // m, set by kernels that know: if there is no contact, the shapes are apart by so much at least.
   float apart = 0;
 
@@ -179,7 +183,8 @@ void convex_plane(const PlacedShape& a, const PlacedShape& b, Query& query, Cont
 
 // Boxes and hulls: separating axes of faces and edges (those that are arcs crossing on the Gauss
 // map: Gregorius, "The separating axis test between convex polyhedra", GDC 2013), then face
-// clipping. Remembers the separating feature in Query::cache.
+// clipping. Remembers the separating feature in Query::cache and what else Query::memory holds; while
+// the two have hardly moved the last manifold goes with them.
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch);
 // A box or hull against many triangles: what does not depend on the triangle, for search_triangles
@@ -197,21 +202,8 @@ bool leans_too_far(const Triangle& triangle, const V3f& out);
 // Is a point over the triangle's face or below it?
 bool over_face(const Triangle& triangle, const V3f& point);
 
-// The flat end of a cylinder or cone that looks at a triangle.
-struct Cap {
-  std::uint32_t index = 0;    // 0 at -y, 1 at +y
-  float separation = -3e38f;  // m, of the triangle along the cap's normal
-  // Whether the contact is where the cap and the triangle's face lie over each other, along whose
-  // normal. If not, rim or mantle touch, or an edge of the triangle.
-  enum class Along : std::uint8_t { neither, cap, triangle } along = Along::neither;
-};
-Cap facing_cap(const PlacedShape& shape, const Triangle& triangle);
+// Outward normal of the flat end of a cylinder or cone: 0 at -y, 1 at +y.
 V3f cap_normal(const PlacedShape& shape, std::uint32_t index);
-
-// A capsule against a triangle, which comes second. Nothing where the nearest feature is the
-// neighbours' to answer for.
-void capsule_triangle(const PlacedShape& a, const PlacedShape& b, Query& query,
-                      ContactPatch& patch);
 
 // Any two convex shapes but planes. Remembers the normal in Query::cache. Returns false if no
 // direction could be found (values that are not finite).

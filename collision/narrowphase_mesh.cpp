@@ -121,7 +121,7 @@ class TriangleCollider {
  public:
   TriangleCollider(const PlacedShape& shape, Query& query, MeshScratch& scratch)
       : shape_(shape), query_(query), scratch_(scratch), middle_(middle(shape)) {
-    if (is_polytope()) prepare_search(shape, query.margin, scratch.box, scratch.search);
+    if (is_polytope(shape_)) prepare_search(shape, query.margin, scratch.box, scratch.search);
   }
 
   void collide(const PlacedShape& surface, std::span<const std::uint32_t> triangles) {
@@ -132,14 +132,18 @@ class TriangleCollider {
     if (shape_.collider->type == ShapeType::sphere) {
       near &= touch_triangles(shape_.center, shape_.collider->size.x + query_.margin, count, batch,
                               scratch_.touches);
-    } else if (is_polytope()) {
+    } else if (is_polytope(shape_)) {
       near &= search_triangles(scratch_.search, count, batch, scratch_.axes);
       clip(near & ~scratch_.axes.by_edges, triangles);
       near &= scratch_.axes.by_edges;
+    } else if (shape_.collider->type == ShapeType::capsule) {
+      touch_triangles(capsule_axis(), query_.margin, motion(), near, batch, scratch_.clips);
+      keep_clips(triangles, TriangleClips::kNearest + 1);
+      near = 0;
     } else if (has_cap()) {
-      const unsigned flat = on_cap(near);
-      clip(flat, triangles);
-      near &= ~flat;
+      const CapLanes cap = cap_triangles(capped_shape(), query_.margin, near, batch, scratch_.axes);
+      clip(cap.flat, triangles);
+      near = cap.near & ~cap.flat;
     }
     for (; near != 0; near &= near - 1) {
       const int lane = std::countr_zero(near);
@@ -152,10 +156,6 @@ class TriangleCollider {
   std::uint32_t failures() const { return failures_; }
 
  private:
-  bool is_polytope() const {
-    return shape_.collider->type == ShapeType::box || shape_.collider->type == ShapeType::hull;
-  }
-
   void gather(const Collider& surface, std::span<const std::uint32_t> triangles) {
     TriangleBatch& batch = scratch_.batch;
     int lane = 0;
@@ -168,25 +168,20 @@ class TriangleCollider {
       for (auto& row : batch.rows) std::fill(row + lane, row + TriangleBatch::kSize, row[0]);
   }
 
+  ClipQuery motion() const { return {query_.linear, query_.angular, query_.dt, query_.slop}; }
+
+  CapsuleAxis capsule_axis() const {
+    const V3f half = shape_.axes.c1 * shape_.collider->size.y;
+    return {shape_.center - half, half * 2, shape_.collider->size.x};
+  }
+
   bool has_cap() const {
     return shape_.collider->type == ShapeType::cylinder || shape_.collider->type == ShapeType::cone;
   }
 
-  // Triangles that touch the flat end of a cylinder or cone as they would touch a polytope's face.
-  // Those that it parts from the shape leave `near`.
-  unsigned on_cap(unsigned& near) {
-    unsigned flat = 0;
-    for (unsigned rest = near; rest != 0; rest &= rest - 1) {
-      const int lane = std::countr_zero(rest);
-      const Triangle triangle = triangle_of(scratch_.batch, lane);
-      const Cap cap = facing_cap(shape_, triangle);
-      if (cap.separation > query_.margin) near &= ~(1u << lane);
-      if (cap.along == Cap::Along::neither || meets_face(triangle)) continue;
-      flat |= 1u << lane;
-      scratch_.axes.of_b[lane] = cap.along == Cap::Along::triangle ? 1.0f : 0.0f;
-      scratch_.axes.facing[lane] = static_cast<float>(cap.index);
-    }
-    return flat & near;
+  CappedShape capped_shape() const {
+    return {shape_.center, shape_.axes, shape_.collider->size.x, shape_.collider->size.y,
+            shape_.collider->type == ShapeType::cone};
   }
 
   // Triangles that take a face of the shape, face by face.
@@ -201,9 +196,8 @@ class TriangleCollider {
       }
       lanes &= ~same;
       set_face(static_cast<std::uint32_t>(facing));
-      clip_triangles(face_, {query_.linear, query_.angular, query_.dt, query_.slop}, same,
-                     scratch_.batch, axes, scratch_.clips);
-      keep_clips(triangles);
+      clip_triangles(face_, motion(), same, scratch_.batch, axes, scratch_.clips);
+      keep_clips(triangles, TriangleClips::kCorners + static_cast<int>(face_.count));
     }
   }
 
@@ -214,9 +208,8 @@ class TriangleCollider {
     clip_face(shape_, index, normal, face_);
   }
 
-  void keep_clips(std::span<const std::uint32_t> triangles) {
+  void keep_clips(std::span<const std::uint32_t> triangles, int most) {
     const TriangleClips& clips = scratch_.clips;
-    const int most = TriangleClips::kCorners + static_cast<int>(face_.count);
     unsigned any = 0;
     for (int i = 0; i < most; ++i) any |= clips.valid[i];
     std::uint32_t contact[TriangleBatch::kSize];
@@ -237,6 +230,8 @@ class TriangleCollider {
     }
   }
   std::uint32_t clip_feature(int candidate, float side, std::uint32_t triangle) const {
+    if (shape_.collider->type == ShapeType::capsule)
+      return feature_of(triangle, static_cast<std::uint32_t>(candidate));
     if (candidate >= TriangleClips::kCorners)
       return kCornerFeature | face_.ids[candidate - TriangleClips::kCorners];
     const auto edge = static_cast<std::uint32_t>(candidate);
@@ -250,13 +245,11 @@ class TriangleCollider {
     PlacedShape placed;
     placed.triangle = &triangle;
     placed.axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (is_polytope())
+    if (is_polytope(shape_))
       return edge_triangle(shape_, placed, scratch_.search, scratch_.axes, lane, query_, patch);
     const float lowest =
         dot(triangle.normal, shape_.center - triangle.corner[0]) - extent(shape_, -triangle.normal);
     if (lowest > query_.margin) return;
-    if (shape_.collider->type == ShapeType::capsule)
-      return capsule_triangle(shape_, placed, query_, patch);
     if (meets_face(triangle)) return face_contact(shape_, placed, query_, patch);
     query_.cache = 0;
     if (!convex_convex(shape_, placed, query_, patch)) {

@@ -168,7 +168,10 @@ void prefetch_pair(const StepContext& step, const core::ContactPair& pair) {
   fetch(&step.colliders->rows[pair.b].size);
   if (!(pair.flags & core::kTouching)) return;
   prefetch(step.contacts->manifolds[pair.first_manifold]);
-  if (pair.cache != 0) fetch(&step.contacts->axis_memory[pair.first_manifold]);
+  const std::vector<core::PolytopeMemory>& memories = step.contacts->polytope_memory;
+  if (pair.cache == 0 || pair.first_manifold >= memories.size()) return;
+  const char* memory = reinterpret_cast<const char*>(&memories[pair.first_manifold]);
+  for (std::size_t line = 0; line < sizeof memories[0]; line += 64) fetch(memory + line);
 }
 
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {

@@ -8,9 +8,10 @@
 
 namespace skerry::collision {
 
-using core::AxisMemory;
 using core::cross;
 using core::dot;
+using core::PolytopeMemory;
+using core::RelativePose;
 using core::transposed_times;
 
 namespace {
@@ -18,6 +19,13 @@ namespace {
 // The last axis is kept without a search while no other can be better by more than this, as a part
 // of the shapes' size: 2 mm for shapes of half a metre.
 constexpr float kKeptAxis = 5e-3f;
+// The last manifold is kept while no point has moved by more than this part of the shapes' size, nor by
+// more than this part of the gap up to which points count: 0.4 mm for shapes of half a metre, 0.5 mm
+// for large ones.
+constexpr float kKeptManifold = 1e-3f, kKeptGap = 0.1f;
+// While it is, no point may come nearer in the step by more than this part of that gap: what was left
+// out as too far away cannot touch.
+constexpr float kSlow = 0.05f;
 // Axes that are better by no more than this part of the size tie with the preferred one.
 constexpr float kTie = 1e-3f;
 
@@ -26,25 +34,110 @@ PolytopeLanes lanes_of(const PlacedShape& shape, BoxLanes& room) {
   return shape.collider->hull->lanes->view;
 }
 
-// Upper bound of the way that any point of b has gone in a's frame since the memory was made. No
-// separation along any direction can have changed by more.
-float moved(const AxisMemory& memory, const AxisQuery& query) {
-  const M3f &now = query.rotation, &then = memory.rotation;
-  const V3f turn[3] = {now.c0 - then.c0, now.c1 - then.c1, now.c2 - then.c2};
-  const float squared = (dot(turn[0], turn[0]) + dot(turn[1], turn[1])) + dot(turn[2], turn[2]);
-  return core::length(query.offset - memory.offset) + std::sqrt(squared) * query.b.radius;
+float size_of(const PlacedShape& shape) {
+  const V3f half = shape.collider->size;
+  if (shape.collider->type == ShapeType::box) return std::max(half.x, std::max(half.y, half.z));
+  return shape.collider->hull->lanes->view.size;
+}
+float radius_of(const PlacedShape& shape) {
+  if (shape.collider->type == ShapeType::box) return core::length(shape.collider->size);
+  return shape.collider->hull->lanes->view.radius;
 }
 
-// How the shapes move in this step (see AxisQuery).
-void foresee(const PlacedShape& a, const PlacedShape& b, const Query& query, AxisQuery& ask) {
+// Two polytopes, and how they move in this step (see AxisQuery).
+struct Approach {
+  RelativePose pose;
+  float size;      // m, of the smaller
+  float radius_b;  // m
+  V3f way;
+  float spin;
+
+  bool slow(const Query& query) const { return core::length(way) + spin <= kSlow * query.slop; }
+};
+
+// Upper bound of the way that any point of b has gone in a's frame since it was there. No separation
+// along any direction can have changed by more.
+float moved(const RelativePose& then, const Approach& now) {
+  const M3f &r = now.pose.rotation, &s = then.rotation;
+  const V3f turn[3] = {r.c0 - s.c0, r.c1 - s.c1, r.c2 - s.c2};
+  const float squared = (dot(turn[0], turn[0]) + dot(turn[1], turn[1])) + dot(turn[2], turn[2]);
+  return core::length(now.pose.offset - then.offset) + std::sqrt(squared) * now.radius_b;
+}
+
+Approach approach_of(const PlacedShape& a, const PlacedShape& b, const Query& query) {
+  Approach now;
+  now.pose.rotation = {transposed_times(a.axes, b.axes.c0), transposed_times(a.axes, b.axes.c1),
+                       transposed_times(a.axes, b.axes.c2)};
+  now.pose.offset = transposed_times(a.axes, b.center - a.center);
+  now.size = std::min(size_of(a), size_of(b));
+  const float radius_a = radius_of(a);
+  now.radius_b = radius_of(b);
   // Points of a contact are no farther than this from the middle of the smaller shape.
-  const float radius = std::min(ask.a.radius, ask.b.radius) + query.margin;
-  const V3f middle = ask.a.radius < ask.b.radius ? a.center : b.center, w = query.angular;
-  ask.way = transposed_times(a.axes, query.linear + cross(w, middle)) * query.dt;
+  const float radius = std::min(radius_a, now.radius_b) + query.margin;
+  const V3f middle = radius_a < now.radius_b ? a.center : b.center, w = query.angular;
+  now.way = transposed_times(a.axes, query.linear + cross(w, middle)) * query.dt;
   // The 1-norm spares a root.
-  ask.spin = ((std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z)) * (radius * query.dt);
+  now.spin = ((std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z)) * (radius * query.dt);
+  return now;
+}
+
+AxisQuery axis_query(const Approach& now, const PolytopeLanes& a, const PolytopeLanes& b,
+                     const Query& query) {
+  AxisQuery ask;
+  ask.a = a;
+  ask.b = b;
+  ask.rotation = now.pose.rotation;
+  ask.offset = now.pose.offset;
   ask.margin = query.margin;
+  ask.way = now.way;
+  ask.spin = now.spin;
   ask.slop = query.slop;
+  ask.tolerance = kTie * now.size;
+  return ask;
+}
+
+// The last manifold, gone with the shapes: its points on a stay there, those on b move with it. To
+// first order that is what the features would give. False if the two have moved too far, or are
+// about to.
+bool take_along(const PlacedShape& a, const Approach& now, const Query& query,
+                ContactPatch& patch) {
+  const PolytopeMemory& memory = *query.memory;
+  if (!now.slow(query) || moved(memory.made_at, now) > memory.budget) return false;
+  const M3f &r = now.pose.rotation, &then = memory.made_at.rotation;
+  const M3f turn = {r * V3f{then.c0.x, then.c1.x, then.c2.x},
+                    r * V3f{then.c0.y, then.c1.y, then.c2.y},
+                    r * V3f{then.c0.z, then.c1.z, then.c2.z}};
+  const V3f normal = memory.turns_with_b ? turn * memory.normal : memory.normal;
+  PointList list(query, a.axes * normal);
+  for (std::uint32_t i = 0; i < memory.point_count; ++i) {
+    const PolytopeMemory::Point& point = memory.points[i];
+    const V3f was_on_b = point.on_a + memory.normal * point.separation;
+    const V3f on_b = turn * (was_on_b - memory.made_at.offset) + now.pose.offset;
+    const V3f middle = (point.on_a + on_b) * 0.5f;
+    list.add(a.center + a.axes * middle, dot(normal, on_b - point.on_a), memory.feature[i]);
+  }
+  list.choose(patch);
+  return patch.count > 0;
+}
+
+// `slack`: m, by which an axis may be better than the manifold's until it is looked for.
+void remember(const ContactPatch& patch, const PlacedShape& a, const Approach& now, float slack,
+              bool of_b, const Query& query) {
+  PolytopeMemory& memory = *query.memory;
+  memory.budget = -1;
+  if (patch.count == 0 || !now.slow(query)) return;
+  memory.made_at = now.pose;
+  // Both the manifold's axis and the best may change by the way.
+  memory.budget = std::min(0.5f * slack, std::min(kKeptManifold * now.size, kKeptGap * query.slop));
+  memory.point_count = patch.count;
+  memory.normal = transposed_times(a.axes, patch.normal);
+  memory.turns_with_b = of_b;
+  for (std::uint32_t i = 0; i < patch.count; ++i) {
+    const ContactPoint& point = patch.points[i];
+    const V3f on_a = point.position - patch.normal * (0.5f * point.separation);
+    memory.points[i] = {transposed_times(a.axes, on_a - a.center), point.separation};
+    memory.feature[i] = point.feature;
+  }
 }
 
 // Faces over edges and a's faces over b's, unless the other is better by more than a tolerance;
@@ -183,24 +276,24 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
 void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
                        ContactPatch& patch) {
   patch.count = 0;
-  BoxLanes room_a, room_b;
-  AxisQuery ask;
-  ask.a = lanes_of(a, room_a);
-  ask.b = lanes_of(b, room_b);
-  const float size = std::min(ask.a.size, ask.b.size);
-  ask.rotation = {transposed_times(a.axes, b.axes.c0), transposed_times(a.axes, b.axes.c1),
-                  transposed_times(a.axes, b.axes.c2)};
-  ask.offset = transposed_times(a.axes, b.center - a.center);
-  foresee(a, b, query, ask);
-  ask.tolerance = kTie * size;
+  const Approach now = approach_of(a, b, query);
+  PolytopeMemory& memory = *query.memory;
   const AxisName last = AxisName::unpack(query.cache);
+  if (last.kind != AxisName::kNothing && take_along(a, now, query, patch)) return;
+
+  BoxLanes room_a, room_b;
+  AxisQuery ask = axis_query(now, lanes_of(a, room_a), lanes_of(b, room_b), query);
+  const auto make = [&](const Axis& axis, float best) {
+    contact(placed(axis, a, b, ask), a, b, query, now.size, patch);
+    remember(patch, a, now, kKeptAxis * now.size - (best - axis.separation),
+             axis.name.kind == AxisName::kFaceOfB, query);
+  };
   if (last.kind != AxisName::kNothing) {
     ask.recalled = recall_axis(ask, last);
     query.apart = ask.recalled.separation;
     if (parts(ask, ask.recalled)) return;
-    const float best = query.memory->separation + moved(*query.memory, ask);
-    if (ask.recalled.separation > best - kKeptAxis * size)
-      return contact(placed(ask.recalled, a, b, ask), a, b, query, size, patch);
+    const float best = memory.separation + moved(memory.searched_at, now);
+    if (ask.recalled.separation > best - kKeptAxis * now.size) return make(ask.recalled, best);
   }
   AxisAnswer answer;
   search_axes(ask, answer);
@@ -208,17 +301,16 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
     query.cache = answer.apart.name.pack();
     query.apart = answer.apart.separation;
     // Nothing is known of the other axes: this one is good only while it parts the shapes.
-    if (query.memory != nullptr) query.memory->separation = 3e38f;
+    memory.separation = 3e38f;
+    memory.budget = -1;
     return;
   }
   const Axis chosen = prefer(answer, last.kind, ask.tolerance);
   query.cache = chosen.name.pack();
-  if (query.memory != nullptr) {
-    const float best = std::max(answer.face_a.separation,
-                                std::max(answer.face_b.separation, answer.edges.separation));
-    *query.memory = {ask.rotation, ask.offset, best};
-  }
-  contact(placed(chosen, a, b, ask), a, b, query, size, patch);
+  memory.searched_at = now.pose;
+  memory.separation = std::max(answer.face_a.separation,
+                               std::max(answer.face_b.separation, answer.edges.separation));
+  make(chosen, memory.separation);
 }
 
 void prepare_search(const PlacedShape& a, float margin, BoxLanes& room, TriangleSearch& search) {

@@ -130,6 +130,7 @@ void ProxyBroadphase::describe(const core::Bodies& bodies, const core::Colliders
   if (bodies.flags[row.body] & core::kKinematic) proxy.flags |= kOfKinematic;
   if (row.sensor) proxy.flags |= kIsSensor;
   if (core::is_surface(row.type)) proxy.flags |= kIsMesh;
+  if (row.type == core::ShapeType::hull) proxy.flags |= kIsHull;
   if (row.type == ShapeType::plane) proxy.flags |= kIsPlane;
   Leash& leash = leashes_[row.body];
   leash.reach = std::max(leash.reach, reach_of(row));

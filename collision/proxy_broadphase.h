@@ -52,6 +52,7 @@ class ProxyBroadphase : public Broadphase {
     kIsSensor = 1u << 3,
     kIsMesh = 1u << 4,
     kIsPlane = 1u << 5,  // unbounded: outside the structure, tested against everything
+    kIsHull = 1u << 6,
   };
   enum Mark : std::uint8_t {
     kMoved = 1,

@@ -195,6 +195,8 @@ void ProxyBroadphase::exchange_manifolds(ContactTable& table) {
   }
   for (ContactPair& pair : added_pairs_) {
     pair.first_manifold = core::take_manifolds(table, pair.manifold_capacity);
+    if ((proxies_[pair.a].flags | proxies_[pair.b].flags) & kIsHull)
+      core::take_memory(table, pair.first_manifold);
     if (pair.flags & core::kUnseen) unseen_.store(true, std::memory_order_relaxed);
   }
 }

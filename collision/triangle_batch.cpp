@@ -13,6 +13,10 @@ namespace float_lanes {
 #include "collision/triangle_lanes-inl.h"
 
 #include "collision/triangle_clip-inl.h"
+
+#include "collision/triangle_capsule-inl.h"
+
+#include "collision/triangle_cap-inl.h"
 #undef SKERRY_LANES
 
 }  // namespace float_lanes
@@ -43,6 +47,14 @@ unsigned search_triangles_reference(const TriangleSearch& search, int count,
 unsigned touch_triangles_reference(const core::V3f& center, float reach, int count,
                                    const TriangleBatch& batch, TriangleTouches& touches) {
   return float_lanes::touch_triangle_lanes<float_lanes::Lane>(center, reach, count, batch, touches);
+}
+void touch_triangles_reference(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                               unsigned lanes, const TriangleBatch& batch, TriangleClips& clips) {
+  float_lanes::touch_triangle_lanes<float_lanes::Lane>(capsule, margin, query, lanes, batch, clips);
+}
+CapLanes cap_triangles_reference(const CappedShape& shape, float margin, unsigned lanes,
+                                 const TriangleBatch& batch, TriangleAxes& axes) {
+  return float_lanes::cap_triangle_lanes<float_lanes::Lane>(shape, margin, lanes, batch, axes);
 }
 void clip_triangles_reference(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                               const TriangleBatch& batch, const TriangleAxes& axes,

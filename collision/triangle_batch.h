@@ -110,6 +110,8 @@ struct TriangleClips {
   // face's corners over the triangle.
   static constexpr int kEnter = 0, kLeave = 3, kCorners = 6;
   static constexpr int kMost = kCorners + int{ClipFace::kMaxCorners};
+  // Of a capsule: the ends of the stretch of its axis over the triangle's face; the nearest point.
+  static constexpr int kLow = 0, kHigh = 1, kNearest = 2;
   alignas(64) float normal[3][TriangleBatch::kSize];  // unit, from the polytope to the triangle
   struct alignas(64) Candidate {
     float position[3][TriangleBatch::kSize];  // m, halfway between the two surfaces
@@ -124,6 +126,32 @@ struct TriangleClips {
 void clip_triangles(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                     const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips);
 
+// -- Triangles that touch the flat end of a cylinder or cone as they would touch a polytope's face.
+struct CappedShape {
+  core::V3f center;           // m
+  core::M3f axes;             // y: the shape's axis
+  float radius, half_height;  // m
+  bool pointed;               // no flat end at +y
+};
+struct CapLanes {
+  unsigned near = 0;  // bit per triangle that no flat end parts from the shape
+  unsigned flat = 0;  // of those: see TriangleAxes::of_b, and `facing`: 0 at -y, 1 at +y
+};
+// Of the triangles in `lanes`.
+CapLanes cap_triangles(const CappedShape& shape, float margin, unsigned lanes,
+                       const TriangleBatch& batch, TriangleAxes& axes);
+
+// -- A capsule against triangles: where its axis is over a face, or the point nearest to an edge, unless
+// a neighbour answers for it.
+struct CapsuleAxis {
+  core::V3f tail, along;  // m, head - tail
+  float radius = 0;       // m
+};
+// Of the triangles in `lanes`; none of the three candidates is filled where they are farther than the
+// margin.
+void touch_triangles(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                     unsigned lanes, const TriangleBatch& batch, TriangleClips& clips);
+
 // The same source with float for lanes.
 unsigned place_triangles_reference(const SurfaceFrame& surface, const core::V3f& middle, int count,
                                    TriangleBatch& batch);
@@ -131,6 +159,10 @@ unsigned search_triangles_reference(const TriangleSearch& search, int count,
                                     const TriangleBatch& batch, TriangleAxes& axes);
 unsigned touch_triangles_reference(const core::V3f& center, float reach, int count,
                                    const TriangleBatch& batch, TriangleTouches& touches);
+void touch_triangles_reference(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                               unsigned lanes, const TriangleBatch& batch, TriangleClips& clips);
+CapLanes cap_triangles_reference(const CappedShape& shape, float margin, unsigned lanes,
+                                 const TriangleBatch& batch, TriangleAxes& axes);
 void clip_triangles_reference(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                               const TriangleBatch& batch, const TriangleAxes& axes,
                               TriangleClips& clips);

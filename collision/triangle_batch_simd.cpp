@@ -26,6 +26,14 @@ static unsigned touch_here(const core::V3f& center, float reach, int count,
                            const TriangleBatch& batch, TriangleTouches& touches) {
   return touch_triangles_reference(center, reach, count, batch, touches);
 }
+static void touch_capsule_here(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                               unsigned lanes, const TriangleBatch& batch, TriangleClips& clips) {
+  touch_triangles_reference(capsule, margin, query, lanes, batch, clips);
+}
+static CapLanes cap_here(const CappedShape& shape, float margin, unsigned lanes,
+                         const TriangleBatch& batch, TriangleAxes& axes) {
+  return cap_triangles_reference(shape, margin, lanes, batch, axes);
+}
 static void clip_here(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                       const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
   clip_triangles_reference(face, query, lanes, batch, axes, clips);
@@ -42,6 +50,10 @@ static void clip_here(const ClipFace& face, const ClipQuery& query, unsigned lan
 #include "collision/triangle_lanes-inl.h"
 
 #include "collision/triangle_clip-inl.h"
+
+#include "collision/triangle_capsule-inl.h"
+
+#include "collision/triangle_cap-inl.h"
 #undef SKERRY_LANES
 
 static unsigned place_here(const SurfaceFrame& surface, const core::V3f& middle, int count,
@@ -55,6 +67,14 @@ static unsigned search_here(const TriangleSearch& search, int count, const Trian
 static unsigned touch_here(const core::V3f& center, float reach, int count,
                            const TriangleBatch& batch, TriangleTouches& touches) {
   return touch_triangle_lanes<Lane>(center, reach, count, batch, touches);
+}
+static void touch_capsule_here(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                               unsigned lanes, const TriangleBatch& batch, TriangleClips& clips) {
+  touch_triangle_lanes<Lane>(capsule, margin, query, lanes, batch, clips);
+}
+static CapLanes cap_here(const CappedShape& shape, float margin, unsigned lanes,
+                         const TriangleBatch& batch, TriangleAxes& axes) {
+  return cap_triangle_lanes<Lane>(shape, margin, lanes, batch, axes);
 }
 static void clip_here(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                       const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {
@@ -73,6 +93,8 @@ namespace skerry::collision {
 HWY_EXPORT(place_here);
 HWY_EXPORT(search_here);
 HWY_EXPORT(touch_here);
+HWY_EXPORT(touch_capsule_here);
+HWY_EXPORT(cap_here);
 HWY_EXPORT(clip_here);
 
 unsigned place_triangles(const SurfaceFrame& surface, const core::V3f& middle, int count,
@@ -86,6 +108,14 @@ unsigned search_triangles(const TriangleSearch& search, int count, const Triangl
 unsigned touch_triangles(const core::V3f& center, float reach, int count,
                          const TriangleBatch& batch, TriangleTouches& touches) {
   return HWY_DYNAMIC_DISPATCH(touch_here)(center, reach, count, batch, touches);
+}
+void touch_triangles(const CapsuleAxis& capsule, float margin, const ClipQuery& query,
+                     unsigned lanes, const TriangleBatch& batch, TriangleClips& clips) {
+  HWY_DYNAMIC_DISPATCH(touch_capsule_here)(capsule, margin, query, lanes, batch, clips);
+}
+CapLanes cap_triangles(const CappedShape& shape, float margin, unsigned lanes,
+                       const TriangleBatch& batch, TriangleAxes& axes) {
+  return HWY_DYNAMIC_DISPATCH(cap_here)(shape, margin, lanes, batch, axes);
 }
 void clip_triangles(const ClipFace& face, const ClipQuery& query, unsigned lanes,
                     const TriangleBatch& batch, const TriangleAxes& axes, TriangleClips& clips) {

@@ -5,14 +5,24 @@
 // and what they share is bounded by stretches of its edges and of the face's, so that its corners are
 // the ends of those stretches.
 
+// How triangles come nearer along their contacts' normals.
+template <class L>
+struct Approach {
+  Vec<L> gradient;  // 1/s, of the normal velocity over places
+  L speed;          // m/s, normal velocity at the frame's origin
+};
+template <class L>
+Approach<L> approach_along(const ClipQuery& query, const Vec<L>& along) {
+  return {cross(along, spread<L>(query.angular)), dot(along, spread<L>(query.linear))};
+}
+
 // A triangle, moved along the contact's normal into the plane of the face.
 template <class L>
 struct Shadow {
   Vec<L> along;     // unit, the contact's normal, from the polytope to the triangle
   L x[3], y[3];     // m
   L separation[3];  // m, how far the corners were moved back
-  Vec<L> gradient;  // 1/s, of the normal velocity over places
-  L speed;          // m/s, normal velocity at the frame's origin
+  Approach<L> approach;
 };
 template <class L>
 void cast_shadow(const ClipFace& face, const ClipQuery& query, const TriangleLanes<L>& t,
@@ -27,8 +37,7 @@ void cast_shadow(const ClipFace& face, const ClipQuery& query, const TriangleLan
     shadow.x[i] = dot(spread<L>(face.u), p);
     shadow.y[i] = dot(spread<L>(face.v), p);
   }
-  shadow.gradient = cross(shadow.along, spread<L>(query.angular));
-  shadow.speed = dot(shadow.along, spread<L>(query.linear));
+  shadow.approach = approach_along(query, shadow.along);
 }
 
 // The stretch of an edge inside the face, in parts of its length.
@@ -52,7 +61,14 @@ struct Stretch {
 };
 
 template <class L>
-void store_candidate(const Shadow<L>& shadow, const ClipQuery& query, const Vec<L>& position,
+void store_normal(const Vec<L>& along, int k, TriangleClips& clips) {
+  along.x.store(clips.normal[0] + k);
+  along.y.store(clips.normal[1] + k);
+  along.z.store(clips.normal[2] + k);
+}
+
+template <class L>
+void store_candidate(const Approach<L>& approach, const ClipQuery& query, const Vec<L>& position,
                      L separation, L side, typename L::Mask valid, int k, unsigned lanes, int index,
                      TriangleClips& clips) {
   TriangleClips::Candidate& to = clips.candidates[index];
@@ -61,7 +77,7 @@ void store_candidate(const Shadow<L>& shadow, const ClipQuery& query, const Vec<
   position.z.store(to.position[2] + k);
   separation.store(to.separation + k);
   side.store(to.side + k);
-  const L speed = shadow.speed + dot(shadow.gradient, position);
+  const L speed = approach.speed + dot(approach.gradient, position);
   const L foreseen = separation + L(query.dt) * min(speed, L(0.0f));
   const typename L::Mask touches = (foreseen < L(query.slop)) | (foreseen == L(query.slop));
   clips.valid[index] |= (bits(valid & touches) << k) & lanes;
@@ -89,7 +105,8 @@ void clip_edges(const ClipFace& face, const ClipQuery& query, const TriangleLane
       const L separation = first + change * at;
       const Vec<L> position =
           (t.corner[i] + t.edge[i] * at) - shadow.along * (L(0.5f) * separation);
-      store_candidate(shadow, query, position, separation, side, valid, k, lanes, index, clips);
+      store_candidate(shadow.approach, query, position, separation, side, valid, k, lanes, index,
+                      clips);
     };
     put(s.enter, s.enter_side, inside, TriangleClips::kEnter + i);
     // Its head is the next edge's tail.
@@ -123,8 +140,9 @@ void clip_corners(const ClipFace& face, const ClipQuery& query, const TriangleLa
                           most[i]);
     const Vec<L> corner = spread<L>(face.corners[j]);
     const L separation = (height - dot(t.normal, corner)) * scale;
-    store_candidate(shadow, query, corner + shadow.along * (L(0.5f) * separation), separation, zero,
-                    inside, k, lanes, TriangleClips::kCorners + static_cast<int>(j), clips);
+    store_candidate(shadow.approach, query, corner + shadow.along * (L(0.5f) * separation),
+                    separation, zero, inside, k, lanes,
+                    TriangleClips::kCorners + static_cast<int>(j), clips);
   }
 }
 
@@ -139,9 +157,7 @@ void clip_triangle_lanes(const ClipFace& face, const ClipQuery& query, unsigned 
     load_triangles(batch, k, t);
     Shadow<L> shadow;
     cast_shadow(face, query, t, L::load(axes.of_b + k) > L(0.0f), shadow);
-    shadow.along.x.store(clips.normal[0] + k);
-    shadow.along.y.store(clips.normal[1] + k);
-    shadow.along.z.store(clips.normal[2] + k);
+    store_normal(shadow.along, k, clips);
     clip_edges(face, query, t, shadow, k, lanes, clips);
     clip_corners(face, query, t, shadow, k, lanes, clips);
   }

@@ -234,6 +234,25 @@ unsigned search_triangle_lanes(const TriangleSearch& search, int count, const Tr
 }
 
 template <class L>
+L clamped(L part) {
+  return min(max(part, L(0.0f)), L(1.0f));
+}
+template <class L>
+Vec<L> nearest_on_segment(const Vec<L>& tail, const Vec<L>& along, const Vec<L>& p) {
+  return tail + along * clamped(dot(p - tail, along) / max(dot(along, along), L(1e-30f)));
+}
+
+// Is a point neither over a triangle's face nor below it?
+template <class L>
+typename L::Mask beside_face(const TriangleLanes<L>& t, const Vec<L>& p) {
+  const L zero = L(0.0f);
+  typename L::Mask beside = L(1.0f) < zero;
+  for (int i = 0; i < 3; ++i)
+    beside = beside | (dot(cross(t.normal, t.edge[i]), p - t.corner[i]) < zero);
+  return beside;
+}
+
+template <class L>
 struct NearestLanes {
   Vec<L> point;
   L squared;
@@ -241,14 +260,10 @@ struct NearestLanes {
 // Nearest points of triangles to a point.
 template <class L>
 NearestLanes<L> nearest_on_triangles(const TriangleLanes<L>& t, const Vec<L>& p) {
-  const L zero = L(0.0f), one = L(1.0f);
-  typename L::Mask beside = one < zero;
+  const typename L::Mask beside = beside_face(t, p);
   NearestLanes<L> rim = {p, L(3e38f)};
   for (int i = 0; i < 3; ++i) {
-    const Vec<L> from_corner = p - t.corner[i];
-    beside = beside | (dot(cross(t.normal, t.edge[i]), from_corner) < zero);
-    const L along = dot(from_corner, t.edge[i]) / max(dot(t.edge[i], t.edge[i]), L(1e-30f));
-    const Vec<L> on_edge = t.corner[i] + t.edge[i] * min(max(along, zero), one);
+    const Vec<L> on_edge = nearest_on_segment(t.corner[i], t.edge[i], p);
     const L squared = dot(p - on_edge, p - on_edge);
     const typename L::Mask nearer = squared < rim.squared;
     rim = {select(nearer, on_edge, rim.point), select(nearer, squared, rim.squared)};

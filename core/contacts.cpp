@@ -19,7 +19,6 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
   if (rows.empty()) {
     const auto first = static_cast<std::uint32_t>(table.manifolds.size());
     table.manifolds.resize(first + capacity);
-    table.axis_memory.resize(first + capacity);
     table.apart_until.resize(first + capacity, 0);
     return first;
   }
@@ -27,6 +26,11 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
   rows.pop_back();
   table.apart_until[first] = 0;
   return first;
+}
+
+void take_memory(ContactTable& table, std::uint32_t first_manifold) {
+  if (table.polytope_memory.size() <= first_manifold)
+    table.polytope_memory.resize(table.manifolds.size());
 }
 
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity) {

@@ -61,18 +61,39 @@ struct ContactPair {
   std::uint64_t key() const { return (std::uint64_t{a} << 32) | b; }
 };
 
-// Where two polytopes were, one in the frame of the other, when the narrowphase last compared all
-// their separating axes. Belongs to ContactPair::cache.
-struct AxisMemory {
-  M3f rotation;          // axes of the second in the frame of the first
-  V3f offset;            // m, origin of the second in the frame of the first
-  float separation = 0;  // m, the best of all axes
+// Where the second of two shapes is in the frame of the first.
+struct RelativePose {
+  M3f rotation;  // axes of the second
+  V3f offset;    // m, origin of the second
+};
+
+// What the narrowphase knows of two polytopes from earlier steps. Belongs to ContactPair::cache; means
+// nothing while that is 0.
+struct alignas(32) PolytopeMemory {
+  // The last manifold made of features, and where the two were then.
+  RelativePose made_at;
+  // m: it stands for the features until some point of the second has come so far in the frame of the
+  // first; negative: there is none.
+  float budget = -1;
+  std::uint32_t point_count = 0;
+  V3f normal;                 // unit, from the first to the second, in the frame of the first
+  bool turns_with_b = false;  // the normal is that of a face of the second
+  struct Point {
+    V3f on_a;  // m, in the frame of the first
+    float separation;
+  } points[4];
+  std::uint32_t feature[4];
+
+  // When all separating axes were last compared: where the two were, and the best separation, m.
+  RelativePose searched_at;
+  float separation = 0;
 };
 
 struct ContactTable {
-  std::vector<ContactPair> pairs;       // ascending key
-  std::vector<Manifold> manifolds;      // pool; a pair's manifolds are consecutive
-  std::vector<AxisMemory> axis_memory;  // [manifolds], in the row of a pair's first
+  std::vector<ContactPair> pairs;   // ascending key
+  std::vector<Manifold> manifolds;  // pool; a pair's manifolds are consecutive
+  // Of pairs with a hull, in the row of the first manifold; shorter than `manifolds` may be.
+  std::vector<PolytopeMemory> polytope_memory;
   // [manifolds], likewise: m, up to which the ways of the two bodies may add up (collision::Travels)
   // before the pair can have a contact; 0 for a new pair.
   std::vector<double> apart_until;
@@ -86,6 +107,8 @@ struct ContactTable {
 
 // Manifold pool. What is taken holds anything but apart_until.
 std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
+// Makes the row of a pair of polytopes in polytope_memory.
+void take_memory(ContactTable& table, std::uint32_t first_manifold);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
 
 // Combines the materials of a pair (see skerry::Material) into its manifolds.

@@ -115,6 +115,7 @@ struct PairWorld {
     pair.b = pair.body_b = b;
     pair.manifold_capacity = static_cast<std::uint16_t>(capacity);
     pair.first_manifold = core::take_manifolds(contacts, capacity);
+    core::take_memory(contacts, pair.first_manifold);
     contacts.active.push_back(static_cast<std::uint32_t>(contacts.pairs.size()));
     contacts.pairs.push_back(pair);
   }

@@ -89,6 +89,7 @@ std::uint32_t PairScene::pair(core::ColliderIndex a, core::ColliderIndex b, bool
   pair.body_b = colliders.rows[b].body;
   pair.manifold_capacity = static_cast<std::uint16_t>(mesh ? core::kMeshManifolds : 1);
   pair.first_manifold = core::take_manifolds(contacts, pair.manifold_capacity);
+  core::take_memory(contacts, pair.first_manifold);
   pair.flags = sensor ? core::kSensorPair : 0u;
   const auto row = static_cast<std::uint32_t>(contacts.pairs.size());
   contacts.active.push_back(row);

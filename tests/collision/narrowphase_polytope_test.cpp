@@ -172,10 +172,10 @@ TEST(NarrowphasePolytope, a_kept_axis_is_as_deep_as_a_fresh_one) {
       pose.orientation = turned(2e-4, axis) * pose.orientation;
       for (PairScene* scene : {&drifting, &fresh}) scene->set_pose(1, pose);
       fresh.contact().cache = 0;
-      const core::V3f before = drifting.contacts.axis_memory[0].offset;
+      const core::V3f before = drifting.contacts.polytope_memory[0].searched_at.offset;
       drifting.collide();
       fresh.collide();
-      kept += before.x == drifting.contacts.axis_memory[0].offset.x;
+      kept += before.x == drifting.contacts.polytope_memory[0].searched_at.offset.x;
       ASSERT_EQ(drifting.contact().manifold_count, fresh.contact().manifold_count);
       if (fresh.contact().manifold_count == 0) continue;
       const auto along = [&](PairScene& scene) {
@@ -186,6 +186,125 @@ TEST(NarrowphasePolytope, a_kept_axis_is_as_deep_as_a_fresh_one) {
     }
   }
   EXPECT_GT(kept, 5000);
+}
+
+// m outside a hull's faces, in its frame; on its surface: 0.
+double outside(const core::HullGeometry& hull, const Vec3& point) {
+  double most = -1e30;
+  for (const core::HullGeometry::Face& face : hull.faces)
+    most = std::max(most, core::to_double(face.normal).dot(point) - double(face.offset));
+  return most;
+}
+
+ConvexHull box_hull(const Vec3& half) {
+  ConvexHull hull;
+  for (const double x : {-half.x(), half.x()})
+    for (const double y : {-half.y(), half.y()})
+      for (const double z : {-half.z(), half.z()}) hull.points.push_back({x, y, z});
+  return hull;
+}
+
+// Two hulls that just touch, face on face or anyhow, in two scenes alike.
+struct Touching {
+  ConvexHull a, b;
+  Pose pose;
+  PairScene scene, other;
+
+  Touching(Random& random, bool faces) {
+    a = faces ? box_hull({0.5, 0.4, 0.6}) : random_hull(random, 6, 20);
+    b = faces ? box_hull({0.3, 0.5, 0.4}) : random_hull(random, 6, 20);
+    const Quat turn = faces ? turned(random.uniform(0, 3), Vec3::UnitY()) : random.rotation();
+    const Vec3 n = faces ? Vec3::UnitY() : random.unit();
+    pose = at(Vec3::Zero(), turn);
+    pose.position = (-0.002 - gap_along(a, {}, b, pose, n)) * n;
+    for (PairScene* each : {&scene, &other}) {
+      each->add(a, {});
+      each->add(b, pose);
+      each->pair(0, 1);
+    }
+  }
+  void set_pose() {
+    for (PairScene* each : {&scene, &other}) each->set_pose(1, pose);
+  }
+};
+
+core::PolytopeMemory& memory(PairScene& scene) { return scene.contacts.polytope_memory[0]; }
+
+// While two shapes drift by micrometres, most manifolds are those of earlier steps, gone with the shapes.
+TEST(NarrowphasePolytope,
+     a_manifold_gone_with_its_shapes_lies_on_both_and_is_as_deep_as_a_new_one) {
+  Random random(15);
+  int gone_along = 0, points = 0, steps = 0;
+  for (int i = 0; i < 100; ++i) {
+    Touching pair(random, i % 2 == 0);
+    const auto hull_a = collision::build_hull(pair.a.points),
+               hull_b = collision::build_hull(pair.b.points);
+    const Vec3 drift = random.in_box(2e-5), axis = random.unit();
+    for (int step = 0; step < 100; ++step) {
+      pair.pose.position += drift;
+      pair.pose.orientation = turned(3e-5, axis) * pair.pose.orientation;
+      pair.set_pose();
+      memory(pair.other).budget = -1;
+      const V3f before = memory(pair.scene).made_at.offset;
+      pair.scene.collide();
+      pair.other.collide();
+      ASSERT_EQ(pair.scene.contact().manifold_count, pair.other.contact().manifold_count);
+      if (pair.scene.contact().manifold_count == 0) break;
+      const core::Manifold& manifold = pair.scene.manifold();
+      ++steps;
+      gone_along += before.x == memory(pair.scene).made_at.offset.x;
+      if (pair.scene.contact().cache == pair.other.contact().cache) {
+        ASSERT_NEAR(double(pair.scene.deepest()), double(pair.other.deepest()), 1e-4)
+            << "pair " << i << " step " << step;
+      }
+      const Vec3 normal = core::to_double(manifold.normal);
+      ASSERT_NEAR(normal.norm(), 1, 1e-5);
+      for (std::uint32_t k = 0; k < manifold.point_count; ++k) {
+        ++points;
+        const Vec3 middle = pair.scene.world(0, manifold.points[k]);
+        const Vec3 half = 0.5 * double(manifold.points[k].separation) * normal;
+        const Vec3 in_b = pair.pose.orientation.conjugate() * (middle + half - pair.pose.position);
+        // Clipped points lie up to a thousandth of the size outside.
+        ASSERT_NEAR(outside(*hull_a, middle - half), 0, 2e-3) << "pair " << i << " step " << step;
+        ASSERT_NEAR(outside(*hull_b, in_b), 0, 2e-3) << "pair " << i << " step " << step;
+      }
+    }
+  }
+  EXPECT_GT(steps, 4000);
+  EXPECT_GT(gone_along, steps * 3 / 4);
+  EXPECT_GT(points, 15000);
+}
+
+// Fast shapes may touch with what the last manifold left out: theirs is made anew.
+TEST(NarrowphasePolytope, a_manifold_goes_along_only_while_the_shapes_are_slow) {
+  Random random(16);
+  int same_bits = 0, others = 0;
+  for (int i = 0; i < 50; ++i) {
+    Touching pair(random, i % 2 == 0);
+    const bool slow = i % 4 < 2;
+    for (int step = 0; step < 20; ++step) {
+      pair.pose.position += random.in_box(1e-5);
+      pair.set_pose();
+      for (PairScene* each : {&pair.scene, &pair.other}) {
+        each->dt = 1.0 / 60;
+        each->set_motion(1, Vec3(0, 0, slow || step < 5 ? 0.005 : 0.03));
+      }
+      memory(pair.other).budget = -1;
+      pair.scene.collide();
+      pair.other.collide();
+      const core::Manifold &one = pair.scene.manifold(), &new_one = pair.other.manifold();
+      const bool same = one.point_count == new_one.point_count &&
+                        std::memcmp(one.points, new_one.points,
+                                    one.point_count * sizeof(core::ManifoldPoint)) == 0;
+      others += slow && !same;
+      same_bits += same;
+      if (!slow && step >= 5) {
+        ASSERT_TRUE(same) << "pair " << i << " step " << step;
+      }
+    }
+  }
+  EXPECT_GT(same_bits, 375);
+  EXPECT_GT(others, 100);
 }
 
 // Contacts foresee: what they leave out must not be missed by the end of the step, from a fresh search

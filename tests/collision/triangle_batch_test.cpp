@@ -114,12 +114,11 @@ int count_points(const TriangleClips& clips, const FaceToClip& face) {
   return count;
 }
 
-bool same_clips(const TriangleClips& a, const TriangleClips& b, const FaceToClip& face) {
-  if (face.lanes == 0) return true;
-  if (!same_lanes(a.normal, b.normal, face.lanes)) return false;
-  for (int i = 0; i < face.candidates(); ++i) {
+bool same_clips(const TriangleClips& a, const TriangleClips& b, int candidates) {
+  for (int i = 0; i < candidates; ++i) {
     const auto &of_a = a.candidates[i], &of_b = b.candidates[i];
-    if (a.valid[i] != b.valid[i] || !same_lanes(of_a.position, of_b.position, a.valid[i]) ||
+    if (a.valid[i] != b.valid[i] || !same_lanes(a.normal, b.normal, a.valid[i]) ||
+        !same_lanes(of_a.position, of_b.position, a.valid[i]) ||
         !same_lanes(of_a.separation, of_b.separation, a.valid[i]) ||
         !same_lanes(of_a.side, of_b.side, a.valid[i]))
       return false;
@@ -167,7 +166,7 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
       ASSERT_TRUE(same_lanes(axes.of_b, wide_axes.of_b, near)) << name;
       ASSERT_TRUE(same_lanes(axes.facing, wide_axes.facing, near)) << name;
       clip_triangles(face.clip, kClipQuery, face.lanes, wide, wide_axes, wide_clips);
-      ASSERT_TRUE(same_clips(clips, wide_clips, face)) << name;
+      ASSERT_TRUE(face.lanes == 0 || same_clips(clips, wide_clips, face.candidates())) << name;
       ASSERT_EQ(touch_triangles(center, 0.4f, count, wide, wide_touches), touched) << name;
       ASSERT_TRUE(same_lanes(touches.out, wide_touches.out, touched)) << name;
       ASSERT_TRUE(same_lanes(touches.distance, wide_touches.distance, touched)) << name;
@@ -177,6 +176,73 @@ TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference) {
   EXPECT_GT(near_polytopes, 1000);
   EXPECT_GT(near_spheres, 1000);
   EXPECT_GT(points, 1000);
+}
+
+constexpr int kOfCapsule = TriangleClips::kNearest + 1;
+
+collision::CapsuleAxis random_capsule(Random& random) {
+  return {random_vector(random, 0.5), random_vector(random, 1), 0.3f};
+}
+collision::CappedShape random_capped(Random& random, bool pointed) {
+  return {random_vector(random, 0.3), core::to_matrix(core::to_float(random.rotation())), 0.5f,
+          0.4f, pointed};
+}
+// A triangle to stand on: under the shape's middle, level up to 25 degrees with its axis.
+void level_triangle(Random& random, const collision::CappedShape& shape, TriangleBatch& batch,
+                    int lane) {
+  collision::SurfaceTriangle t;
+  const auto gap = static_cast<float>(random.uniform(-0.1, 0.1));
+  const V3f below = shape.center - shape.axes.c1 * (shape.half_height + gap);
+  const auto corner = [&](float x, float z) {
+    return below + shape.axes.c0 * x + shape.axes.c2 * z + random_vector(random, 0.1);
+  };
+  t.corner[0] = corner(-0.2f, -0.2f);
+  t.corner[1] = corner(0.1f, 0.3f);
+  t.corner[2] = corner(0.4f, -0.1f);
+  t.normal = collision::direction(core::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]),
+                                  {0, 1, 0});
+  t.touchable = static_cast<unsigned>(random.uniform(0, 7.99));
+  for (V3f& beyond : t.beyond)
+    beyond = collision::direction(t.normal + random_vector(random, 1), t.normal);
+  batch.put(lane, t);
+}
+
+TEST(TriangleBatch, every_width_gives_the_bits_of_the_float_reference_for_round_shapes) {
+  Random random(25);
+  int points = 0, flat = 0, parted = 0;
+  for (int i = 0; i < 2000; ++i) {
+    TriangleBatch batch;
+    const int count = random_triangles(random, batch);
+    const unsigned front =
+        collision::place_triangles(random_frame(random), {0, 0, 0}, count, batch);
+    const collision::CapsuleAxis capsule = random_capsule(random);
+    const collision::CappedShape capped = random_capped(random, i % 2 == 0);
+    TriangleBatch ground = batch;
+    for (int lane = 0; lane < count; lane += 2) level_triangle(random, capped, ground, lane);
+    TriangleClips clips;
+    TriangleAxes axes;
+    touch_triangles_reference(capsule, 0.05f, kClipQuery, front, batch, clips);
+    const collision::CapLanes cap = cap_triangles_reference(capped, 0.02f, front, ground, axes);
+    ASSERT_EQ(cap.flat & ~cap.near, 0u);
+    for (int c = 0; c < kOfCapsule; ++c) points += std::popcount(clips.valid[c]);
+    flat += std::popcount(cap.flat);
+    parted += std::popcount(front & ~cap.near);
+    on_every_instruction_set([&](const std::string& name) {
+      TriangleClips wide_clips;
+      TriangleAxes wide_axes;
+      touch_triangles(capsule, 0.05f, kClipQuery, front, batch, wide_clips);
+      ASSERT_TRUE(same_clips(clips, wide_clips, kOfCapsule)) << name;
+      const collision::CapLanes wide = cap_triangles(capped, 0.02f, front, ground, wide_axes);
+      ASSERT_EQ(wide.near, cap.near) << name;
+      ASSERT_EQ(wide.flat, cap.flat) << name;
+      ASSERT_TRUE(same_lanes(axes.of_b, wide_axes.of_b, cap.flat)) << name;
+      ASSERT_TRUE(same_lanes(axes.facing, wide_axes.facing, cap.flat)) << name;
+    });
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(points, 1000);
+  EXPECT_GT(flat, 500);
+  EXPECT_GT(parted, 100);
 }
 
 Vec3 corner_of(const TriangleBatch& batch, int lane, int i) {
@@ -342,6 +408,64 @@ TEST(TriangleBatch, a_spheres_distance_is_that_of_the_nearest_point) {
     }
   }
   EXPECT_GT(hits, 1000);
+}
+
+// Of the nearest points of a triangle and a capsule's axis, by a search along the axis: the distance of
+// a point of it from the triangle is convex.
+double axis_distance(const TriangleBatch& batch, int lane, const collision::CapsuleAxis& capsule) {
+  const Vec3 tail = core::to_double(capsule.tail), along = core::to_double(capsule.along);
+  const auto at = [&](double part) { return triangle_distance(batch, lane, tail + part * along); };
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i) {
+    const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+    (at(a) < at(b) ? high : low) = at(a) < at(b) ? b : a;
+  }
+  return at(low);
+}
+
+// Every point of a capsule's contact lies halfway between the capsule and the triangle along the normal;
+// beside the face the deepest one tells the distance, and over the face none is told but of its plane.
+TEST(TriangleBatch, a_capsules_points_lie_between_its_surface_and_the_triangle) {
+  Random random(26);
+  int on_faces = 0, on_edges = 0;
+  for (int i = 0; i < 4000; ++i) {
+    TriangleBatch batch;
+    const int count = random_triangles(random, batch);
+    const unsigned front =
+        collision::place_triangles(random_frame(random), {0, 0, 0}, count, batch);
+    const collision::CapsuleAxis capsule = random_capsule(random);
+    TriangleClips clips;
+    touch_triangles(capsule, 10, {{0, 0, 0}, {0, 0, 0}, 0, 10}, front, batch, clips);
+    for (int c = 0; c < kOfCapsule; ++c)
+      for (unsigned lanes = clips.valid[c]; lanes != 0; lanes &= lanes - 1) {
+        const int lane = std::countr_zero(lanes);
+        const auto value = [&](const float(&row)[TriangleBatch::kSize]) {
+          return double(row[lane]);
+        };
+        const Vec3 up(-value(clips.normal[0]), -value(clips.normal[1]), -value(clips.normal[2]));
+        const auto& from = clips.candidates[c];
+        const Vec3 middle(value(from.position[0]), value(from.position[1]),
+                          value(from.position[2]));
+        const double separation = value(from.separation);
+        const Vec3 of_triangle = middle - 0.5 * separation * up;
+        const Vec3 of_axis = middle + (0.5 * separation + double(capsule.radius)) * up;
+        ASSERT_NEAR(up.norm(), 1, 1e-5);
+        ASSERT_NEAR(segment_distance(core::to_double(capsule.tail),
+                                     core::to_double(capsule.tail + capsule.along), of_axis),
+                    0, 1e-5);
+        ASSERT_NEAR(triangle_distance(batch, lane, of_triangle), 0, 1e-4);
+        if (c == TriangleClips::kNearest) {
+          ++on_edges;
+          ASSERT_NEAR(separation + double(capsule.radius), axis_distance(batch, lane, capsule),
+                      1e-4);
+        } else {
+          ++on_faces;
+          ASSERT_NEAR(up.dot(normal_of(batch, lane)), 1, 1e-5);
+        }
+      }
+  }
+  EXPECT_GT(on_faces, 1000);
+  EXPECT_GT(on_edges, 1000);
 }
 
 }  // namespace
