@@ -51,8 +51,9 @@ struct ContactPass {
   const SpinRow* spin = nullptr;
   std::uint32_t dynamic_end = 1;  // rows [1, dynamic_end) are written, no others
 
-  float substep = 0;                // s
-  float inv_substep = 0;            // 1/s
+  float substep = 0;      // s
+  float inv_substep = 0;  // 1/s
+  float substeps = 1;
   float max_push = 0;               // m/s
   float restitution_threshold = 0;  // m/s
   Softness soft = {};
@@ -184,11 +185,17 @@ static_assert(sizeof(VelocityRow) == 32 && sizeof(DeltaRow) == 32 && sizeof(Mass
 struct ContactKernels {
   struct OfKind {
     std::size_t block_bytes;
-    void (*prepare)(const ContactPass& pass, const LaneInput& input, void* block);
+    // Whether a point may bounce.
+    bool (*prepare)(const ContactPass& pass, const LaneInput& input, void* block);
     // Over `count` consecutive blocks of one colour.
     void (*warm_start)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*solve)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*relax)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    // Impacts among several bodies; take_back over one block, with the input of prepare.
+    void (*count_pushes)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*strike)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*take_back)(const ContactPass& pass, const LaneInput& input, void* block);
+    void (*reflect)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*store)(const void* block, LaneOutput& output);  // padding lanes need manifolds too
   };

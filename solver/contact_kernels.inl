@@ -74,6 +74,22 @@ struct KernelsOf {
   // Rows of bodies that are not solved go to a sink.
   SKERRY_LANE void scatter_velocity(const ContactPass& pass, const std::uint32_t* index,
                                     const Velocity& v) {
+    scatter_marked(pass, index, {v, zero(), zero()});
+  }
+  // A velocity, and what passes over impacts mark its body with (VelocityRow).
+  struct Marked {
+    Velocity v;
+    F pushes, struck;
+  };
+  SKERRY_LANE Marked gather_marked(const ContactPass& pass, const std::uint32_t* index) {
+    const float* base = floats(pass.velocity);
+    F a[4], b[4];
+    L::gather(base, 8, index, a);
+    L::gather(base + 4, 8, index, b);
+    return {{{a[0], a[1], a[2]}, {b[0], b[1], b[2]}}, a[3], b[3]};
+  }
+  SKERRY_LANE void scatter_marked(const ContactPass& pass, const std::uint32_t* index,
+                                  const Marked& body) {
     alignas(32) float sink[8];
     float* base = floats(pass.velocity);
     const std::uint32_t solved = pass.dynamic_end - 1;
@@ -84,8 +100,9 @@ struct KernelsOf {
       low[i] = index[i] - 1 < solved ? row : sink;
       high[i] = low[i] + 4;
     }
-    const F a[4] = {v.linear.x, v.linear.y, v.linear.z, zero()};
-    const F b[4] = {v.angular.x, v.angular.y, v.angular.z, zero()};
+    const Velocity& v = body.v;
+    const F a[4] = {v.linear.x, v.linear.y, v.linear.z, body.pushes};
+    const F b[4] = {v.angular.x, v.angular.y, v.angular.z, body.struck};
     L::scatter(a, low);
     L::scatter(b, high);
   }
@@ -405,6 +422,18 @@ struct KernelsOf {
     scatter_velocity(pass, block.row_b, b);
   }
 
+  // The velocities `v` along the tangents after normal impulses.
+  template <int P, bool kFull>
+  SKERRY_LANE void slip_after(const ContactBlock<W, P, kFull>& block, const NormalSum& sum, F* v) {
+    for (int k = 0; k < 2; ++k) {
+      const auto& from = block.friction.from_normal[k];
+      v[k] = v[k] + load(from[0]) * sum.push;
+      if constexpr (P > 1) {
+        v[k] = v[k] + (load(from[1]) * sum.torque1 + load(from[2]) * sum.torque2);
+      }
+    }
+  }
+
   template <int P, bool kFull>
   SKERRY_LANE void add_friction(const ContactPass& pass, ContactBlock<W, P, kFull>& block,
                                 const Frame<P, kFull>& f, const V& linear, const V& angular,
@@ -437,13 +466,7 @@ struct KernelsOf {
     for (int i = 1; i < P; ++i) total = total + impulse[i];
     const F coefficient = load(friction.coefficient);
     F v[2] = {dot(f.t1, linear), dot(f.t2, linear)};
-    for (int k = 0; k < 2; ++k) {
-      v[k] = v[k] + load(friction.from_normal[k][0]) * sum.push;
-      if constexpr (P > 1) {
-        v[k] = v[k] + (load(friction.from_normal[k][1]) * sum.torque1 +
-                       load(friction.from_normal[k][2]) * sum.torque2);
-      }
-    }
+    slip_after(block, sum, v);
     const F old1 = drag[0], old2 = drag[1];
     solve_disc(friction.inverse, load(friction.slide_mass), coefficient * total, v[0], v[1],
                drag[0], drag[1]);
@@ -548,6 +571,9 @@ struct KernelsOf {
     for (int i = 0; i < P; ++i) {
       impulse[i] = impulse[i] - bounce.wanted.old[i];
       accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
+      // What bounces off is no load for the next step to start from.
+      const M bounces = L::less(bounce.wanted.bias[i], none);
+      store(L::select(bounces, none, load(block.points.impulse[i])), block.points.impulse[i]);
     }
     for (int k = 0; k < kRows; ++k) accumulate(block.friction.sum[k], drag[k], bounce.any);
     const NormalSum sum = sum_of(block, impulse);
@@ -607,6 +633,147 @@ struct KernelsOf {
       solve_side_by_side<kBounceRounds>(block, w, vn, other);
       for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
     }
+  }
+
+  // ---- Impacts among several bodies (docs/decisions/0024).
+
+  // Whether the contact pushed in this step.
+  template <int P, bool kFull>
+  SKERRY_LANE M pushed(const ContactBlock<W, P, kFull>& block) {
+    F sum = load(block.friction.normal_sum[0]);
+    for (int i = 1; i < P; ++i) sum = sum + load(block.friction.normal_sum[i]);
+    return L::less(zero(), sum);
+  }
+
+  // How many contacts push a body.
+  template <int P, bool kFull>
+  SKERRY_LANE void count_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+    Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+    const F one = L::select(pushed(block), L::set(1.0f), zero());
+    a.pushes = a.pushes + one;
+    b.pushes = b.pushes + one;
+    scatter_marked(pass, block.row_a, a);
+    scatter_marked(pass, block.row_b, b);
+  }
+
+  // Bodies of an impact are struck if one of them has other contacts too, and so are those that they
+  // push.
+  template <int P, bool kFull>
+  SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+    Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+    const F none = zero(), one = L::set(1.0f);
+    M strikes = L::less(none, L::max(a.struck, b.struck));
+    if constexpr (kFull) {
+      F impact = none;
+      for (int i = 0; i < P; ++i)
+        impact = L::max(impact, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
+      const M several = L::less(one, L::max(a.pushes, b.pushes));
+      strikes = L::either(strikes, L::both(L::less(none, impact), several));
+    }
+    strikes = L::both(strikes, pushed(block));
+    a.struck = L::select(strikes, one, a.struck);
+    b.struck = L::select(strikes, one, b.struck);
+    scatter_marked(pass, block.row_a, a);
+    scatter_marked(pass, block.row_b, b);
+  }
+
+  // Takes back what a contact between struck bodies gave, but for the load that it carried before.
+  // What it is from now on: `carried` is 1 + restitution, 0 for contacts between others.
+  template <int P, bool kFull>
+  static void take_back(const ContactPass& pass, const LaneInput& input, void* memory) {
+    auto& block = *static_cast<ContactBlock<W, P, kFull>*>(memory);
+    Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+    const Frame<P, kFull> f = load_frame(block);
+    const F none = zero(), one = L::set(1.0f), substeps = L::set(pass.substeps);
+    const M struck = L::both(L::less(none, L::max(a.struck, b.struck)), pushed(block));
+    F old[4], material[4];
+    gather_row(input, kImpulseRow, old);
+    gather_row(input, kMaterialRow, material);
+    NormalSum sum = {none, none, none};
+    F rests = none, all = none;
+    for (int i = 0; i < P; ++i) {
+      const F given = load(block.friction.normal_sum[i]);
+      all = all + given;
+      const F load_before = L::select(L::less(none, load(block.points.mass[i])),
+                                      L::max(L::min(old[i] * substeps, given), none), none);
+      const F d = L::select(struck, load_before - given, none);
+      sum.push = sum.push + d;
+      if constexpr (P > 1) {
+        sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
+        sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
+      }
+      accumulate(block.friction.normal_sum[i], d);
+      store(L::select(struck, L::max(old[i], none), load(block.points.impulse[i])),
+            block.points.impulse[i]);
+      rests = rests + load_before;
+      if constexpr (kFull)
+        store(L::select(struck, none, load(block.full.bounce[i])), block.full.bounce[i]);
+    }
+    const F kept = L::select(struck, rests / L::select(struck, all, one), one);
+    const auto lessen = [&](Lanes<W>& given) {
+      const F before = load(given), after = before * kept;
+      store(after, given);
+      return after - before;
+    };
+    auto& friction = block.friction;
+    V push = mul(f.n, sum.push), torque = {none, none, none};
+    push = add(push, add(mul(f.t1, lessen(friction.sum[0])), mul(f.t2, lessen(friction.sum[1]))));
+    lessen(friction.impulse[0]);
+    lessen(friction.impulse[1]);
+    if constexpr (P > 1) {
+      torque = add(add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2)),
+                   mul(f.n, lessen(friction.sum[2])));
+      lessen(friction.impulse[2]);
+    }
+    if constexpr (kFull) {
+      auto& full = block.full;
+      torque = add(torque, add(mul(f.t1, lessen(full.rolling_sum[0])),
+                               mul(f.t2, lessen(full.rolling_sum[1]))));
+      lessen(full.rolling_impulse[0]);
+      lessen(full.rolling_impulse[1]);
+    }
+    apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+    const M bears = L::both(struck, L::less(none, rests));
+    a.pushes = L::select(bears, none - one, a.pushes);
+    b.pushes = L::select(bears, none - one, b.pushes);
+    store(L::select(struck, kFull ? one + material[1] : one, none), block.carried);
+    scatter_marked(pass, block.row_a, a);
+    scatter_marked(pass, block.row_b, b);
+  }
+
+  // An impact of two, as if they were alone: the points one after another, then friction at the centre.
+  template <int P, bool kFull>
+  SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
+    Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+    const Frame<P, kFull> f = load_frame(block);
+    V linear, angular;
+    relative_velocity(f, a.v, b.v, linear, angular);
+    F vn[P];
+    point_velocities(block, f, linear, angular, vn);
+    const F none = zero(), one = L::set(1.0f), threshold = L::set(-pass.restitution_threshold);
+    const F factor = load(block.carried);
+    NormalSum sum = {none, none, none};
+    for (int i = 0; i < P; ++i) {
+      const F part = L::select(L::less(vn[i], threshold), factor, L::min(factor, one));
+      const F d = L::select(L::less(vn[i], none), none - load(block.points.mass[i]) * vn[i] * part,
+                            none);
+      book(block, i, d, vn, sum);
+      accumulate(block.friction.normal_sum[i], d);
+    }
+    auto& friction = block.friction;
+    F slip[2] = {dot(f.t1, linear), dot(f.t2, linear)};
+    slip_after(block, sum, slip);
+    F p1 = none, p2 = none;
+    solve_disc(friction.inverse, load(friction.slide_mass), load(friction.coefficient) * sum.push,
+               slip[0], slip[1], p1, p2);
+    accumulate(friction.sum[0], p1);
+    accumulate(friction.sum[1], p2);
+    V torque = {none, none, none};
+    if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
+    const V push = add(mul(f.n, sum.push), add(mul(f.t1, p1), mul(f.t2, p2)));
+    apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+    scatter_marked(pass, block.row_a, a);
+    scatter_marked(pass, block.row_b, b);
   }
 
   // ---- Preparation.
@@ -672,7 +839,7 @@ struct KernelsOf {
   }
 
   template <int P, bool kFull>
-  static void prepare(const ContactPass& pass, const LaneInput& input, void* memory) {
+  static bool prepare(const ContactPass& pass, const LaneInput& input, void* memory) {
     auto& block = *static_cast<ContactBlock<W, P, kFull>*>(memory);
     for (int i = 0; i < W; ++i) {
       block.row_a[i] = input.row_a[i];
@@ -788,7 +955,7 @@ struct KernelsOf {
       invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
               block.full.rolling_slide_mass);
     }
-    prepare_impulses(pass, input, f, there, point, material, block);
+    return prepare_impulses(pass, input, f, there, point, material, block);
   }
 
   // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
@@ -835,8 +1002,9 @@ struct KernelsOf {
   }
 
   // Warm start, separations, and how fast the bodies come together.
+  // Whether one of the points may bounce.
   template <int P, bool kFull>
-  SKERRY_LANE void prepare_impulses(const ContactPass& pass, const LaneInput& input,
+  SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& input,
                                     const Frame<P, kFull>& f, const M* there, const F (*point)[4],
                                     const F* material, ContactBlock<W, P, kFull>& block) {
     const F none = zero();
@@ -863,15 +1031,15 @@ struct KernelsOf {
     L::gather(base, 8, block.row_b, accel_b);
     const F acceleration =
         dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
-    const M together = L::less(acceleration, none);
+    const F gained = acceleration * L::set(pass.substep * pass.substeps);
     const F threshold = L::set(pass.restitution_threshold);
-    F fastest = none;
+    F fastest = none, bounce = none;
     for (int i = 0; i < P; ++i) {
       const F s = L::select(there[i], point[i][3], L::set(1e6f));
       store(s, block.points.separation[i]);
       store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
       // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
-      const M meets = L::both(there[i], L::either(together, L::less(vn[i], none)));
+      const M meets = L::both(there[i], L::less(vn[i] + L::min(gained, none), none));
       const F square = L::select(
           meets, L::max(vn[i] * vn[i] - (acceleration + acceleration) * L::max(s, none), none),
           none);
@@ -880,6 +1048,7 @@ struct KernelsOf {
         const F e = material[1];
         const M bounces = L::less(threshold * threshold, square);
         store(L::select(bounces, (e * e) * square, none), block.full.bounce[i]);
+        bounce = L::max(bounce, load(block.full.bounce[i]));
         store(none, block.full.max_impulse[i]);
       }
     }
@@ -898,6 +1067,7 @@ struct KernelsOf {
       store(none, block.full.rolling_sum[1]);
       store(acceleration, block.full.acceleration);
     }
+    return L::any(L::less(none, bounce));
   }
 
   template <int P, bool kFull>
@@ -969,6 +1139,22 @@ struct KernelsOf {
       auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
       for (std::uint32_t i = 0; i < count; ++i) restitute_block(pass, blocks[i]);
     }
+  }
+
+  template <int P, bool kFull>
+  static void count_pushes(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) count_block(pass, blocks[i]);
+  }
+  template <int P, bool kFull>
+  static void strike(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) strike_block(pass, blocks[i]);
+  }
+  template <int P, bool kFull>
+  static void reflect(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) reflect_block(pass, blocks[i]);
   }
 
   // ---- Bodies: W consecutive rows.
@@ -1076,6 +1262,10 @@ struct KernelsOf {
             &warm_start<P, kFull>,
             &run_pass<P, kFull, false>,
             &run_pass<P, kFull, true>,
+            &count_pushes<P, kFull>,
+            &strike<P, kFull>,
+            &take_back<P, kFull>,
+            &reflect<P, kFull>,
             &restitute<P, kFull>,
             &store_block<P, kFull>};
   }

@@ -42,6 +42,10 @@ constexpr double kCarryTime = 10;  // s
 // over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
 constexpr double kSoftLoad = 1200;  // m/s^2
 
+// An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
+// they pass on (docs/decisions/0024).
+constexpr int kStrikePasses = 4, kReflectPasses = 8;
+
 // See effort_of.
 constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
 constexpr double kRestsOn = 0.3;      // cosine of the normal and gravity
@@ -176,6 +180,7 @@ void GroupSolver::collect_contacts() {
   grow(row_b_, count);
   contact_count_ = count;
   has_bounces_ = false;
+  bounces_.store(false, std::memory_order_relaxed);
   const ContactRef* refs = islands.contacts.data() + begin;
   for (std::uint32_t i = 0; i < count; ++i) {
     const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
@@ -277,6 +282,7 @@ void GroupSolver::set_constants() {
   pass_.spin = spin_.data();
   pass_.dynamic_end = 1 + body_count_;
   pass_.substep = core::rounded_to_float(h);
+  pass_.substeps = static_cast<float>(settings.substeps);
   pass_.inv_substep = core::rounded_to_float(1 / h);
   pass_.max_push = core::rounded_to_float(settings.max_push_velocity);
   pass_.restitution_threshold = core::rounded_to_float(settings.restitution_threshold);
@@ -337,7 +343,7 @@ void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
-      op == Op::close_velocities) {
+      op == Op::close_velocities || op == Op::rebalance) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare) {
     blocks = static_cast<std::uint32_t>(chunks_.size());
@@ -391,6 +397,13 @@ void GroupSolver::list_phases() {
     add_phase(Op::close_velocities);
     add_joint_colours(Op::close_joints);
   }
+  if (has_bounces_ && joints_.empty()) {
+    add_colours(Op::count_pushes);
+    for (int i = 0; i < kStrikePasses; ++i) add_colours(Op::strike);
+    add_colours(Op::take_back);
+    add_phase(Op::rebalance);
+    for (int i = 0; i < kReflectPasses; ++i) add_colours(Op::reflect);
+  }
   if (has_bounces_) add_colours(Op::restitute);
   add_colours(Op::store);
   add_phase(Op::store_joints);
@@ -420,6 +433,8 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return integrate_positions(begin, end);
     case Op::close_velocities:
       return joints_.bodies.kick(begin, end, joints_.h(), JointBatch::kHalfKick, true);
+    case Op::rebalance:
+      return rebalance_rows(std::max(begin, 1u), std::min(end, pass_.dynamic_end));
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
@@ -434,7 +449,14 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
   }
 }
 
+// Passes that change nothing where no contact may bounce.
+bool GroupSolver::is_bounce(Op op) {
+  return op == Op::count_pushes || op == Op::strike || op == Op::take_back || op == Op::reflect ||
+         op == Op::restitute;
+}
+
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
+  if (is_bounce(phase.op) && !bounces_.load(std::memory_order_relaxed)) return;
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = block_memory() + chunk.memory;
   switch (phase.op) {
@@ -446,6 +468,14 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
       return kernel.relax(phase.books ? pass_ : unbooked_pass_, blocks, chunk.count);
+    case Op::count_pushes:
+      return kernel.count_pushes(pass_, blocks, chunk.count);
+    case Op::strike:
+      return kernel.strike(pass_, blocks, chunk.count);
+    case Op::take_back:
+      return take_back_chunk(chunk);
+    case Op::reflect:
+      return kernel.reflect(pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
     default:
@@ -598,7 +628,40 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
       fill_lane(input, k, lanes_[lane++]);
       if (full) fill_axis_masses(input, k);
     }
-    kernel.prepare(pass_, input, block);
+    if (kernel.prepare(pass_, input, block)) bounces_.store(true, std::memory_order_relaxed);
+  }
+}
+
+void GroupSolver::take_back_chunk(const Chunk& chunk) {
+  const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
+  std::byte* block = block_memory() + chunk.memory;
+  LaneInput input;
+  std::uint32_t lane = chunk.first_lane;
+  for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) fill_lane(input, k, lanes_[lane++]);
+    kernel.take_back(pass_, input, block);
+  }
+}
+
+// Before its impacts a struck body has fallen as far as it moved in this step, not for all of it:
+// forces changed its velocity for the time in which they do that work.
+void GroupSolver::rebalance_rows(std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t row = begin; row < end; ++row) {
+    VelocityRow& velocity = velocity_[row];
+    Outlook& outlook = outlook_[row];
+    if (!(velocity.struck > 0) || velocity.pushes < 0) continue;
+    if (outlook.from_rows || mass_[row].lock_flags != 0) continue;
+    const Vec3 start = to_double(start_[row].linear), a = to_double(base_[row].acceleration);
+    const double squared = a.squaredNorm(), along = a.dot(start);
+    if (!(squared > 0)) continue;
+    const double work = 2 * a.dot(to_double(delta_[row].translation));
+    // (start + a t)^2 = start^2 + work; the earlier time after 0 of the two.
+    const double root = std::sqrt(std::max(along * along + squared * work, 0.0));
+    const double early = (-along - root) / squared, late = (-along + root) / squared;
+    const double time = std::clamp(early >= 0 ? early : late, 0.0, step_->dt);
+    const Vec3 change = (time - step_->dt) * a;
+    velocity.linear = velocity.linear + to_float(change);
+    outlook.linear += change;
   }
 }
 

@@ -4,6 +4,7 @@
 // that of the colours in both cases, hence the same bits.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -45,6 +46,11 @@ class GroupSolver final : public jobs::PhaseProgram {
     integrate_positions,
     relax,
     relax_joints,
+    count_pushes,
+    strike,
+    take_back,
+    rebalance,
+    reflect,
     restitute,
     store,
     store_joints,
@@ -122,6 +128,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
+  static bool is_bounce(Op op);
+  void take_back_chunk(const Chunk& chunk);
+  void rebalance_rows(std::uint32_t begin, std::uint32_t end);
 
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
@@ -131,6 +140,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false, has_locks_ = false;
+  std::atomic<bool> bounces_ = false;  // in this step; has_bounces_: their materials would
   float carry_part_ = 0;  // of the way to the present load that Manifold::carried_impulse goes
 
   std::vector<VelocityRow> velocity_, start_, forced_;

@@ -10,10 +10,10 @@
 namespace skerry::solver {
 
 struct alignas(32) VelocityRow {
-  core::V3f linear;  // m/s
-  float pad0;
+  core::V3f linear;   // m/s
+  float pushes;       // after the substeps: contacts that push it; negative: one bore a load before
   core::V3f angular;  // rad/s, world
-  float pad1;
+  float struck;       // after the substeps: above 0 if an impact among several bodies reaches it
 };
 // Motion since the start of the step.
 struct alignas(32) DeltaRow {

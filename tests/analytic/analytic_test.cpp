@@ -139,6 +139,58 @@ TEST_P(BothSteps, a_ball_that_bounces_aslant_is_slowed_by_friction_on_the_whole_
   }
 }
 
+// As many balls leave Newton's cradle as strike it, at their speed, and the others rest.
+TEST_P(BothSteps, a_cradle_passes_on_as_many_balls_as_strike_it) {
+  for (const int balls : {5, 8}) {
+    for (const int strikers : {1, 2, 3}) {
+      for (const double gap : {0.0, 1e-4, 1e-3, 1e-2}) {
+        World world({.gravity = {0, 0, 0}});
+        std::vector<BodyId> row;
+        for (int i = 0; i < balls; ++i) {
+          const double x = i * (0.2 + gap) - (i < strikers ? 0.35 : 0);
+          row.push_back(world.add_body({.shapes = {Sphere{.radius = 0.1}},
+                                        .position = {x, 0, 0},
+                                        .linear_velocity = {i < strikers ? 2.0 : 0.0, 0, 0},
+                                        .friction = 0,
+                                        .restitution = 1}));
+        }
+        run(world, 1.5);
+        for (int i = 0; i < balls; ++i) {
+          const double expected = i >= balls - strikers ? 2 : 0;
+          EXPECT_NEAR(world.linear_velocity(row[static_cast<std::size_t>(i)]).x(), expected,
+                      strikers < 3 ? 1e-3 : 0.05)
+              << "ball " << i << " of " << balls << ", strikers " << strikers << ", gap " << gap;
+        }
+      }
+    }
+  }
+}
+
+// The ground gives the blow back through the ball that rests on it.
+TEST_P(BothSteps, a_ball_that_drops_on_a_resting_ball_rises_again) {
+  for (const double mass : {1.0, 3.0}) {
+    World world;
+    add_floor(world, 0, 1);
+    const auto ball = [&](double y, double m) {
+      return world.add_body({.shapes = {Sphere{.radius = 0.25}},
+                             .position = {0, y, 0},
+                             .friction = 0,
+                             .restitution = 1,
+                             .mass = MassOverride{.mass = m}});
+    };
+    const BodyId low = ball(0.25, 1);
+    run(world, 1);
+    const BodyId high = ball(2.75, mass);
+    double apex = 0;
+    for (int n = steps(1.4); n > 0; --n) {
+      world.step(dt());
+      if (n < steps(0.7)) apex = std::max(apex, world.pose(high).position.y());
+    }
+    EXPECT_NEAR(apex, 2.75, 0.005 * 2);
+    EXPECT_NEAR(world.pose(low).position.y(), 0.25, 0.01);
+  }
+}
+
 // A6. Momentum and Newton's law of restitution.
 TEST_P(BothSteps, head_on_spheres_part_with_their_restitution) {
   World world({.gravity = {0, 0, 0}});

@@ -208,6 +208,7 @@ class Run {
     pass_.dynamic_end = kDynamicEnd;
     pass_.substep = 1.0f / 240;
     pass_.inv_substep = 240;
+    pass_.substeps = 3;
     pass_.max_push = 3;
     pass_.restitution_threshold = 0.5f;
     pass_.soft = {30, 0.8f, 0.2f};
@@ -222,6 +223,18 @@ class Run {
           fill(input, lane, contact_at(kind, block, lane));
         }
         kernels_.kind[kind].prepare(pass_, input, block_at(kind, block));
+      }
+    }
+  }
+
+  void take_back() {
+    for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
+      for (std::uint32_t block = 0; block < block_count(); ++block) {
+        LaneInput input;
+        for (std::uint32_t lane = 0; lane < kernels_.width; ++lane) {
+          fill(input, lane, contact_at(kind, block, lane));
+        }
+        kernels_.kind[kind].take_back(pass_, input, block_at(kind, block));
       }
     }
   }
@@ -377,6 +390,15 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
     run.each(&OfKind::relax, substep != 1);
     note("relax");
   }
+  run.each(&OfKind::count_pushes);
+  run.each(&OfKind::count_pushes);  // as if the bodies had other contacts too
+  note("count_pushes");
+  run.each(&OfKind::strike);
+  note("strike");
+  run.take_back();
+  note("take_back");
+  run.each(&OfKind::reflect);
+  note("reflect");
   run.each(&OfKind::restitute);
   note("restitute");
   run.store();
