@@ -32,6 +32,15 @@ bool finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
+// Of an enumerator, which casts and other languages can make anything.
+template <class Enum>
+void check_choice(const std::string& field, Enum value, Enum last) {
+  const int number = static_cast<int>(value), most = static_cast<int>(last);
+  if (number < 0 || number > most) {
+    refuse(field, "one of its " + std::to_string(most + 1) + " choices", std::to_string(number));
+  }
+}
+
 void check_count(const char* field, int count) {
   if (count < 1 || count > 10000) refuse(field, "between 1 and 10000", std::to_string(count));
 }
@@ -218,7 +227,17 @@ void check_settings(const WorldSettings& settings) {
   if (settings.workers < 0 || settings.workers > 1024) {
     refuse("workers", "between 0 (automatic) and 1024", std::to_string(settings.workers));
   }
-  check_positive("rate_hz", settings.rate_hz);
+  check_choice("mode", settings.mode, ThreadingMode::job_system);
+  check_choice("block_policy", settings.block_policy, BlockPolicy::never);
+  check_choice("affinity", settings.affinity, Affinity::spread);
+  check_choice("integrator", settings.integrator, Integrator::exact);
+  check_choice("broadphase", settings.broadphase, BroadphaseKind::fcl);
+  check_choice("solver.kind", settings.solver.kind, SolverKind::penalty);
+  check_choice("solver.pgs.correction", settings.solver.pgs.correction,
+               PositionCorrection::split_impulse);
+  if (!(settings.rate_hz >= 1 && settings.rate_hz <= 1e6)) {
+    refuse("rate_hz", "between 1 and 1e6 Hz", text(settings.rate_hz));
+  }
   check_not_negative("wait.spin_us", settings.wait.spin_us);
   const SolverSettings& solver = settings.solver;
   if (solver.substeps < 1 || solver.substeps > 64) {
@@ -253,7 +272,11 @@ void check_damping(const std::string& field, double value) {
 }
 }  // namespace
 
+void check_body_type(BodyType type) { check_choice("type", type, BodyType::kinematic); }
+
 void check_body(const BodyDesc& body) {
+  check_body_type(body.type);
+  check_choice("continuous", body.continuous, ContinuousCollision::never);
   for (std::size_t i = 0; i < body.shapes.size(); ++i) {
     check_shape("shapes[" + std::to_string(i) + "]", body.shapes[i], body.type);
   }

@@ -40,6 +40,7 @@ void check_pose(const std::string& field, const Pose& pose);
 void check_unit(const std::string& field, const Vec3& value);
 
 void check_settings(const WorldSettings& settings);
+void check_body_type(BodyType type);
 // Everything about a body that can be said without building its geometry.
 void check_body(const BodyDesc& body);
 // Whether a body may be dynamic with this mass; an inertia that the user gave is checked too.

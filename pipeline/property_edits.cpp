@@ -26,6 +26,7 @@ ColliderIndex find_shape(const WorldData& world, BodyId body, std::uint32_t shap
 
 // What a body may become by its shapes and mass.
 void check_type(const WorldData& world, BodyIndex body, BodyType type) {
+  check_body_type(type);
   if (type != BodyType::dynamic) return;
   for (ColliderIndex c = world.bodies.first_collider[body]; c != kNone;
        c = world.colliders.rows[c].next_in_body) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <sstream>
 
 #include "scenes/item_expander.h"
 #include "scenes/json_values.h"
@@ -245,6 +246,20 @@ void read_fields(const JsonNode& root, const Scope& scope, SceneDesc& scene) {
   throw SceneError(origin.document->file_name(), origin.line, path, detail);
 }
 
+// What the engine says of a setting, likewise.
+[[noreturn]] void blame(const JsonNode& root, const InputError& error) {
+  const JsonNode* origin = &root;
+  std::istringstream names(error.field());
+  for (std::string name; std::getline(names, name, '.');) {
+    const JsonNode* member = origin->kind == JsonKind::object ? origin->find(name) : nullptr;
+    if (member == nullptr) break;
+    origin = member;
+  }
+  std::string detail = error.what();
+  if (detail.starts_with(error.field() + ": ")) detail.erase(0, error.field().size() + 2);
+  throw SceneError(root.document->file_name(), origin->line, error.field(), detail);
+}
+
 void read_contents(const JsonNode& root, const ReadOptions& options,
                    const std::filesystem::path& directory, SceneDesc& scene) {
   SceneLibrary library = read_library(root, directory);
@@ -265,6 +280,8 @@ void read_contents(const JsonNode& root, const ReadOptions& options,
     check_buildable(scene);
   } catch (const BuildError& error) {
     blame(items, error);
+  } catch (const InputError& error) {
+    blame(root, error);
   }
   scene.materials = std::move(library.materials);
   scene.meshes = std::move(library.meshes);

@@ -100,7 +100,7 @@ struct WorldSettings {
   ThreadingMode mode = ThreadingMode::serial;
   int workers = 0;           // threads that run the step; see jobs::ExecutorSettings
   TaskPool* pool = nullptr;  // for job_system: run on the host's pool instead of our own threads
-  double rate_hz = 60;       // of the dedicated thread
+  double rate_hz = 60;       // of the dedicated thread: 1 to 1e6
   BlockPolicy block_policy = BlockPolicy::all_but_newest;
   WaitPolicy wait = {};
   Affinity affinity = Affinity::none;

@@ -69,6 +69,7 @@ TEST(BadInput, values_of_bodies_that_are_not_physical_are_refused) {
   expect_body_refused("linear_velocity",
                       {.type = BodyType::fixed, .shapes = shapes, .linear_velocity = {1, 0, 0}});
   expect_body_refused("shapes[1]", {.shapes = {Sphere{}, Plane{}}});
+  expect_body_refused("type", {.type = static_cast<BodyType>(9), .shapes = shapes});
 }
 
 TEST(BadInput, numbers_beyond_what_the_solver_can_hold_are_refused) {
@@ -152,6 +153,11 @@ TEST(BadInput, time_steps_and_settings_are_checked) {
   EXPECT_THROW(World({.gravity = {0, kNan, 0}}), InputError);
   EXPECT_THROW(World({.workers = -1}), InputError);
   EXPECT_THROW(World({.rate_hz = 0}), InputError);
+  EXPECT_THROW(World({.rate_hz = 0.5}), InputError) << "steps of 2 s";
+  EXPECT_THROW(World({.mode = static_cast<ThreadingMode>(77)}), InputError);
+  EXPECT_THROW(World({.integrator = static_cast<Integrator>(77)}), InputError);
+  EXPECT_THROW(World({.broadphase = static_cast<BroadphaseKind>(77)}), InputError);
+  EXPECT_THROW(World({.solver = {.kind = static_cast<SolverKind>(77)}}), InputError);
   EXPECT_THROW(World({.solver = {.substeps = 0}}), InputError);
 }
 
