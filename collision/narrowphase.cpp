@@ -133,7 +133,8 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
     clear_contact(pair);
     return known.note(pair, apart);
   }
-  const PairFrame frame = pair_frame(step, pair, approach);
+  PairFrame frame;
+  pair_frame(step, pair, approach, frame);
   PlacedPair placed = placed_pair(step, pair, frame);
   const V3f linear = placed.query.linear, angular = placed.query.angular;
   if (is_polytope(placed.a) && is_polytope(placed.b))
@@ -220,7 +221,7 @@ void add_to_batch(const StepContext& step, const ApartPairs& known, std::uint32_
   const int lane = scratch.batched++;
   const ContactPair& pair = step.contacts->pairs[row];
   scratch.rows[lane] = row;
-  scratch.frames[lane] = pair_frame(step, pair);
+  pair_frame(step, pair, scratch.frames[lane]);
   // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
   gather(step, pair, scratch.frames[lane], scratch.batch, lane);

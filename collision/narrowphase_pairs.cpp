@@ -118,14 +118,13 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
-inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair,
-                          const PairApproach& approach) {
+inline void set_frame(const StepContext& step, const core::ContactPair& pair,
+                      const PairApproach& approach, PairFrame& frame) {
   const Collider& a = step.colliders->rows[pair.a];
   const Collider& b = step.colliders->rows[pair.b];
   const BodyPose& pose_a = step.bodies->pose[pair.body_a];
   const BodyPose& pose_b = step.bodies->pose[pair.body_b];
 
-  PairFrame frame;
   frame.between = approach.between;
   frame.rotation_a = to_float(pose_a.orientation);
   frame.rotation_b = to_float(pose_b.orientation);
@@ -139,7 +138,7 @@ inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair
   frame.linear = frame.angular = {0, 0, 0};
   frame.slop = frame.margin = frame.dt = 0;
   frame.touch = kNoTouch;
-  if (pair.flags & core::kSensorPair) return frame;
+  if (pair.flags & core::kSensorPair) return;
   const BodyMotion& motion_a = step.bodies->motion[pair.body_a];
   const BodyMotion& motion_b = step.bodies->motion[pair.body_b];
   frame.dt = core::rounded_to_float(step.dt);
@@ -148,7 +147,6 @@ inline PairFrame frame_of(const StepContext& step, const core::ContactPair& pair
   frame.slop = kSpeculativeDistance;
   frame.margin = approach.margin;
   if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
-  return frame;
 }
 
 }  // namespace
@@ -185,12 +183,12 @@ float spheres_apart(const StepContext& step, const core::ContactPair& pair,
           reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b]));
 }
 
-PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair) {
-  return frame_of(step, pair, approach_of(step, pair));
+void pair_frame(const StepContext& step, const core::ContactPair& pair, PairFrame& frame) {
+  set_frame(step, pair, approach_of(step, pair), frame);
 }
-PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair,
-                     const PairApproach& approach) {
-  return frame_of(step, pair, approach);
+void pair_frame(const StepContext& step, const core::ContactPair& pair,
+                const PairApproach& approach, PairFrame& frame) {
+  set_frame(step, pair, approach, frame);
 }
 
 namespace {
@@ -332,13 +330,14 @@ void place(const ContactPatch& patch, const V3f& linear, const V3f& angular, Man
   manifold.normal = patch.normal;
   manifold.point_count = patch.count;
   manifold.total_impulse = 0;
+  const float speed = dot(patch.normal, linear);
+  const V3f gradient = cross(patch.normal, angular);
   float approach = 0;
   for (std::uint32_t i = 0; i < patch.count; ++i) {
     const ContactPoint& from = patch.points[i];
     manifold.points[i] = {from.position, from.separation};
     manifold.feature[i] = from.feature;
-    const float vn = dot(patch.normal, linear + cross(angular, from.position));
-    approach = std::max(approach, -vn);
+    approach = std::max(approach, -(speed + dot(gradient, from.position)));
   }
   manifold.approach_speed = approach;
 }
@@ -349,10 +348,19 @@ void clear_impulses(Manifold& manifold) {
   manifold.twist_impulse = manifold.carried_impulse = 0;
 }
 
+// Four points with the features of before, each in its place, as of most pairs at rest.
+bool same_order(const ContactPatch& patch, const Manifold& manifold) {
+  if (patch.count != 4 || manifold.point_count != 4) return false;
+  bool same = true;
+  for (std::uint32_t i = 0; i < 4; ++i) same &= manifold.feature[i] == patch.points[i].feature;
+  return same;
+}
+
 // Puts the impulses of the manifold's points in the order of the patch's. False, and nothing done,
 // if the patch has another feature or another normal.
 bool match_all(const ContactPatch& patch, Manifold& manifold) {
   if (dot(manifold.normal, patch.normal) <= kSameNormal) return false;
+  if (same_order(patch, manifold)) return true;
   float impulse[4] = {};
   std::uint32_t used = 0;
   for (std::uint32_t i = 0; i < patch.count; ++i) {

@@ -40,9 +40,9 @@ struct PairFrame {
   float dt;
   float touch;  // see Query
 };
-PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair);
-PairFrame pair_frame(const StepContext& step, const core::ContactPair& pair,
-                     const PairApproach& approach);
+void pair_frame(const StepContext& step, const core::ContactPair& pair, PairFrame& frame);
+void pair_frame(const StepContext& step, const core::ContactPair& pair,
+                const PairApproach& approach, PairFrame& frame);
 
 // What pair_frame gives, with rotation matrices and, for planes, heights.
 struct PlacedPair {
