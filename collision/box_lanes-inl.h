@@ -134,15 +134,26 @@ Chosen<L> take(Candidates<L>& from, Score score) {
   return chosen;
 }
 
-// The same choice as choose_points: deep, far, and twice the largest area.
+// The same choice as choose_points: deep and far out, far from that, and twice the largest area.
 template <class L>
 void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
-  L deepest = L(3e38f);
-  for (int k = 0; k < Candidates<L>::kCount; ++k)
+  const L zero = L(0.0f), one = L(1.0f);
+  L deepest = L(3e38f), mean_u = zero, mean_v = zero, count = zero;
+  for (int k = 0; k < Candidates<L>::kCount; ++k) {
+    const typename L::Mask there = !(from.out[k] < zero);
     deepest = min(deepest, from.height[k] - from.out[k]);
-  const L limit = deepest + tolerance, pu = L(0.6f), pv = L(0.8f), shallow = L(-1e30f);
+    mean_u = mean_u + select(there, from.u[k], zero);
+    mean_v = mean_v + select(there, from.v[k], zero);
+    count = count + select(there, one, zero);
+  }
+  mean_u = mean_u / max(count, one);
+  mean_v = mean_v / max(count, one);
+  // The same one in every step where several are as far out.
+  const L limit = deepest + tolerance, shallow = L(-1e30f);
+  const L pu = L(60.0f) * tolerance, pv = L(80.0f) * tolerance;
   const Chosen<L> p1 = take(from, [&](L u, L v, L h) SKERRY_LANES {
-    return select(h > limit, shallow, pu * u + pv * v);
+    const L du = u - mean_u, dv = v - mean_v;
+    return select(h > limit, shallow, (du * du + dv * dv) + (pu * du + pv * dv));
   });
   const Chosen<L> p2 = take(from, [&](L u, L v, L) SKERRY_LANES {
     const L du = u - p1.u, dv = v - p1.v;
@@ -220,7 +231,9 @@ void clip(const IncidentFace<L>& face, L hu, L hv, L tolerance, Candidates<L>& o
     out.out[4 + k] = select(inside & (leave < one), zero, gone);
   }
   const L scale = one / (face.pu * face.qv - face.pv * face.qu);
-  const L within = one - L(1e-3f);
+  // As near to the incident edges as the tolerance: their ends stand for the corner.
+  const L within_p = one - tolerance * inverse(square_root(face.pu * face.pu + face.pv * face.pv));
+  const L within_q = one - tolerance * inverse(square_root(face.qu * face.qu + face.qv * face.qv));
   for (int k = 0; k < 4; ++k) {
     const L u = k == 1 || k == 2 ? hu : -hu, v = k >= 2 ? hv : -hv;
     const L ru = u - face.cu, rv = v - face.cv;
@@ -229,7 +242,7 @@ void clip(const IncidentFace<L>& face, L hu, L hv, L tolerance, Candidates<L>& o
     out.u[8 + k] = u;
     out.v[8 + k] = v;
     out.height[8 + k] = (face.ch + alpha * face.ph) + beta * face.qh;
-    out.out[8 + k] = select((abs(alpha) < within) & (abs(beta) < within), zero, gone);
+    out.out[8 + k] = select((abs(alpha) < within_p) & (abs(beta) < within_q), zero, gone);
   }
 }
 

@@ -310,6 +310,8 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.twist_impulse = old.twist_impulse;
   manifold.rolling_impulse = old.rolling_impulse;
   manifold.carried_impulse = old.carried_impulse;
+  manifold.standing_impulse = old.standing_impulse;
+  manifold.placed = old.placed;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -342,10 +344,14 @@ void place(const ContactPatch& patch, const V3f& linear, const V3f& angular, Man
   manifold.approach_speed = approach;
 }
 
-void clear_impulses(Manifold& manifold) {
+bool is_zero(const V3f& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+
+// A manifold without a past, of two bodies with this velocity of the second to the first.
+void begin(const V3f& linear, const V3f& angular, Manifold& manifold) {
   std::fill_n(manifold.normal_impulse, 4, 0.0f);
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
-  manifold.twist_impulse = manifold.carried_impulse = 0;
+  manifold.twist_impulse = manifold.carried_impulse = manifold.standing_impulse = 0;
+  manifold.placed = is_zero(linear) && is_zero(angular);
 }
 
 // Four points with the features of before, each in its place, as of most pairs at rest.
@@ -386,7 +392,7 @@ std::uint32_t write(const PatchSet& patches, const V3f& linear, const V3f& angul
     if (patches.patch[i].count == 0) continue;
     Manifold& manifold = manifolds[count++];
     place(patches.patch[i], linear, angular, manifold);
-    clear_impulses(manifold);
+    begin(linear, angular, manifold);
     const Manifold* before = predecessor({old.data(), pair.manifold_count}, manifold.normal);
     if (before != nullptr) inherit(*before, manifold);
   }

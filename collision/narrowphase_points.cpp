@@ -10,7 +10,9 @@ using core::dot;
 
 namespace {
 
-constexpr float kDepthTolerance = 1e-3f;  // of the patch's size
+// Parts of the patch's size: points are as deep as the deepest; of points as far out the one that lies
+// along kPreferred is chosen, so that it is the same one in every step.
+constexpr float kDepthTolerance = 1e-3f, kPreference = 0.05f;
 
 // Indices chosen so far, and the next by highest score.
 class Choice {
@@ -67,17 +69,22 @@ void choose_points(const ContactPoint* points, std::uint32_t count, const V3f& n
     return;
   }
   float deepest = 3e38f, squared_size = 0;
+  V3f sum{0, 0, 0};
   for (std::uint32_t i = 0; i < count; ++i) {
     const V3f r = points[i].position - points[0].position;
     squared_size = std::max(squared_size, dot(r, r));
     deepest = std::min(deepest, points[i].separation);
+    sum = sum + r;
   }
+  const float size = std::sqrt(squared_size), limit = deepest + kDepthTolerance * size;
+  const V3f middle = points[0].position + sum * (1 / static_cast<float>(count));
   Choice choice(points, count);
   const auto take = [&](auto score) { return choice.take(score, patch); };
   patch.count = 0;
-  const float limit = deepest + kDepthTolerance * std::sqrt(squared_size);
+  // Far out, not only deep: a corner, never a point in the middle of a side.
   const V3f p1 = take([&](const ContactPoint& p) {
-    return p.separation > limit ? -1e30f : dot(kPreferred, p.position);
+    const V3f r = p.position - middle;
+    return p.separation > limit ? -1e30f : dot(r, r) + (kPreference * size) * dot(kPreferred, r);
   });
   const V3f p2 = take([&](const ContactPoint& p) {
     const V3f r = p.position - p1;

@@ -28,6 +28,8 @@ constexpr float kKeptManifold = 1e-3f, kKeptGap = 0.1f;
 constexpr float kSlow = 0.05f;
 // Axes that are better by no more than this part of the size tie with the preferred one.
 constexpr float kTie = 1e-3f;
+// Faces that look along an axis by cosines that differ by less than this do so alike (1 degree at 45).
+constexpr float kSameSlope = 0.02f;
 
 PolytopeLanes lanes_of(const PlacedShape& shape, BoxLanes& room) {
   if (shape.collider->type == ShapeType::box) return room.box(shape.collider->size);
@@ -206,16 +208,22 @@ bool has_deepest(PointList& list, const AxisFound& axis, float tolerance) {
   return deepest <= axis.separation + tolerance;
 }
 
-// Of the two faces beside an edge the one that looks more along a direction.
-void face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward,
+// Of the two faces beside an edge the one that looks more along a direction; the one of last time while
+// the other does so hardly more. Returns whether it is the left one.
+bool face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward, bool was_left,
                  Feature& feature) {
-  if (shape.collider->type != ShapeType::hull) return facing_feature(shape, toward, feature);
+  if (shape.collider->type != ShapeType::hull) {
+    facing_feature(shape, toward, feature);
+    return was_left;
+  }
   const core::HullGeometry& hull = *shape.collider->hull;
   const core::HullGeometry::Edge& sides = hull.edges[edge];
   const V3f d = transposed_times(shape.axes, toward);
-  const bool left =
-      dot(d, hull.faces[sides.left_face].normal) >= dot(d, hull.faces[sides.right_face].normal);
+  const float left_looks = dot(d, hull.faces[sides.left_face].normal);
+  const float right_looks = dot(d, hull.faces[sides.right_face].normal);
+  const bool left = left_looks + (was_left ? kSameSlope : -kSameSlope) >= right_looks;
   face_feature(shape, left ? sides.left_face : sides.right_face, feature);
+  return left;
 }
 
 // Two edges that cross, and what of the faces beside them lies nearly as deep: where these are almost
@@ -223,11 +231,11 @@ void face_beside(const PlacedShape& shape, std::uint32_t edge, const V3f& toward
 // pair of edges would jump from one end of the contact to the other. (Not with
 // triangles: their neighbours hold what lies beside.)
 void edges_and_faces(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, float size,
-                     PointList& list) {
+                     PolytopeMemory& last, PointList& list) {
   if (b.triangle == nullptr) {
     Feature face_a, face_b;
-    face_beside(a, axis.name.a, axis.normal, face_a);
-    face_beside(b, axis.name.b, -axis.normal, face_b);
+    last.left_of_a = face_beside(a, axis.name.a, axis.normal, last.left_of_a, face_a);
+    last.left_of_b = face_beside(b, axis.name.b, -axis.normal, last.left_of_b, face_b);
     clip_features(face_a, face_b, axis.normal, list);
     // A face that slopes and is cut a little beyond its rim seems deeper there than the edge is.
     for (ContactPoint& point : list) point.separation = std::max(point.separation, axis.separation);
@@ -258,7 +266,7 @@ void contact(const AxisFound& axis, const PlacedShape& a, const PlacedShape& b, 
              float size, ContactPatch& patch) {
   PointList list(query, axis.normal);
   if (axis.name.kind == AxisName::kEdges) {
-    edges_and_faces(axis, a, b, size, list);
+    edges_and_faces(axis, a, b, size, *query.memory, list);
   } else {
     const bool of_a = axis.name.kind == AxisName::kFaceOfA;
     const V3f outward = of_a ? axis.normal : -axis.normal;
@@ -288,7 +296,9 @@ void polytope_polytope(const PlacedShape& a, const PlacedShape& b, Query& query,
     remember(patch, a, now, kKeptAxis * now.size - (best - axis.separation),
              axis.name.kind == AxisName::kFaceOfB, query);
   };
-  if (last.kind != AxisName::kNothing) {
+  if (last.kind == AxisName::kNothing) {
+    memory.left_of_a = memory.left_of_b = true;
+  } else {
     ask.recalled = recall_axis(ask, last);
     query.apart = ask.recalled.separation;
     if (parts(ask, ask.recalled)) return;

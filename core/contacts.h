@@ -31,10 +31,14 @@ struct alignas(32) Manifold {
   float rolling_resistance = 0;   // m
   float approach_speed = 0;       // m/s at the start of the step, for events and restitution
   std::uint32_t feature[4] = {};  // of the points: which features touch; the same while they do
-  float carried_impulse = 0;  // N s, normal, of a mean point in a substep, over the last seconds
+  // N s, normal, of a mean point in a substep: what the contact bears without giving way.
+  float carried_impulse = 0;
   // m, radius of the rounding of a surface that touches with it, along the normal: as the body turns
   // another point of it comes to where this one was. 0: what touches turns with the body.
   float rounding_a = 0, rounding_b = 0;
+  // What of the carried impulse it has come to bear for good; 0 unless `placed` (docs/decisions/0023).
+  float standing_impulse = 0;
+  bool placed = false;  // it began with the two bodies at rest with each other, not by a motion
 };
 
 enum PairFlag : std::uint32_t {
@@ -78,6 +82,8 @@ struct alignas(32) PolytopeMemory {
   std::uint32_t point_count = 0;
   V3f normal;                 // unit, from the first to the second, in the frame of the first
   bool turns_with_b = false;  // the normal is that of a face of the second
+  // Which faces beside the edges that crossed last were taken for the contact.
+  bool left_of_a = true, left_of_b = true;
   struct Point {
     V3f on_a;  // m, in the frame of the first
     float separation;

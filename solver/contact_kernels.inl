@@ -321,39 +321,46 @@ struct KernelsOf {
     return L::either(L::less(m[0], none), L::less(least, none));
   }
 
-  // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
-  // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
   static constexpr int kPassRounds = 2;      // the next pass goes on from there
   static constexpr int kBounceRounds = 32;   // there is no next; two ends of a rod: (2/3)^32
   static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
+  // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
+  // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
+  // What gives way under an unusual load are the points' velocities together, by the same matrix as the
+  // loads act by: as in solve_together, which a manifold must be able to go over to without a jerk.
   template <int kRounds, int P, bool kFull>
   SKERRY_LANE void solve_side_by_side(const ContactBlock<W, P, kFull>& block, const Wanted<P>& w,
-                                      F* vn, F* impulse) {
+                                      const F* vn, F* impulse) {
     const F none = zero(), one = L::set(1.0f);
-    F part[P], own[P], coupling[6], bound[6];
+    F own[P], coupling[6], bound[6], error[P];
     for (int i = 0; i < P; ++i) {
-      const F mass = load(block.points.mass[i]);
       impulse[i] = w.old[i];
-      part[i] = mass * w.scale[i];
-      own[i] = inverse_or_zero(mass);
+      own[i] = inverse_or_zero(load(block.points.mass[i]));
     }
     for (int k = 0; k < 6; ++k) {
       coupling[k] = load(block.points.coupling[k]);
       bound[k] = L::max(coupling[k], none - coupling[k]);
     }
+    for (int i = 0; i < P; ++i) {
+      F gives = w.leak[i] * own[i];
+      for (int j = 0; j < P; ++j) {
+        if (j != i) gives = gives + coupling[slot_of(i, j)] * w.leak[j];
+      }
+      error[i] =
+          (vn[i] + w.bias[i]) * w.scale[i] + L::select(L::less(w.scale[i], one), gives, none);
+    }
     for (int round = 0; round < kRounds; ++round) {
       F presses[P], change[P];
       for (int i = 0; i < P; ++i) {
-        const M acts = L::either(L::less(none, impulse[i]), L::less(vn[i] + w.bias[i], none));
-        presses[i] = L::select(acts, one, none);
+        const M acts = L::either(L::less(none, impulse[i]), L::less(error[i], none));
+        presses[i] = L::select(L::both(acts, L::less(none, own[i])), one, none);
       }
       for (int i = 0; i < P; ++i) {
-        F beside = none;
+        F beside = own[i];
         for (int j = 0; j < P; ++j) {
           if (j != i) beside = beside + bound[slot_of(i, j)] * presses[j];
         }
-        const F leak = w.leak[i] + w.impulse_scale[i] * (impulse[i] - w.old[i]);
-        const F d = (part[i] * (vn[i] + w.bias[i]) + leak) / (one + part[i] * beside);
+        const F d = error[i] * inverse_or_zero(beside);
         change[i] = L::max(impulse[i] - d * presses[i], none) - impulse[i];
       }
       for (int i = 0; i < P; ++i) {
@@ -363,7 +370,7 @@ struct KernelsOf {
         for (int j = 0; j < P; ++j) {
           if (j != i) dv = dv + coupling[slot_of(i, j)] * change[j];
         }
-        vn[i] = vn[i] + dv;
+        error[i] = error[i] + dv;
       }
     }
   }

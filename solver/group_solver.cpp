@@ -32,10 +32,14 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // (docs/decisions/0007).
 constexpr double kStiffest = 0.175;  // contact_hertz times h
 
-// A contact gives way to what its load differs from the load that it has carried lately: enough to
-// damp the slow waves of tall piles, which warm starting alone leaves ringing, and too slow to let
-// what rests sink (docs/decisions/0005).
-constexpr double kCarryTime = 10;  // s
+// A contact gives way to what its load differs from what it has come to carry: enough to damp the slow
+// waves of tall piles, which warm starting alone leaves ringing. It comes to carry half of a load soon.
+// The other half would never come to an end where bodies lie on each other in loops, which do not fit
+// exactly: the pile would creep. Bodies that were placed on each other come to carry it too, so slowly
+// that it feeds no wave: they stay where they were put (docs/decisions/0023).
+constexpr float kCarriedShare = 0.5f;
+constexpr double kCarryTime = 1.5;  // s
+constexpr double kStandTime = 10;   // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
@@ -290,6 +294,7 @@ void GroupSolver::set_constants() {
   pass_.soft_load = core::rounded_to_float(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
+  stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
 }
@@ -709,6 +714,15 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
   }
 }
 
+// `load`: N s of a mean point in a substep.
+void GroupSolver::carry(Manifold& manifold, float load) const {
+  if (manifold.placed)
+    manifold.standing_impulse += stand_part_ * (load - manifold.standing_impulse);
+  const float usual =
+      manifold.standing_impulse + kCarriedShare * (load - manifold.standing_impulse);
+  manifold.carried_impulse += carry_part_ * (usual - manifold.carried_impulse);
+}
+
 // Equal and opposite in double, at one and the same point: momentum and angular momentum of the two
 // bodies together stay put to rounding in double.
 void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
@@ -721,8 +735,7 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   const bool impact = pushed && torque_row.s > kImpactSpeed;
   Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
   const float* n = manifold.normal_impulse;
-  const float mean = ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count);
-  manifold.carried_impulse += carry_part_ * (mean - manifold.carried_impulse);
+  carry(manifold, ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count));
   const auto add = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
     if (row - 1 >= body_count_) return;
     Ledger& ledger = ledger_[row];

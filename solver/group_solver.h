@@ -119,6 +119,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void fill_axis_masses(LaneInput& input, std::uint32_t lane) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
+  void carry(core::Manifold& manifold, float load) const;
   void judge(std::uint32_t contact);
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
@@ -141,7 +142,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false, has_locks_ = false;
   std::atomic<bool> bounces_ = false;  // in this step; has_bounces_: their materials would
-  float carry_part_ = 0;  // of the way to the present load that Manifold::carried_impulse goes
+  // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
+  float carry_part_ = 0, stand_part_ = 0;
 
   std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;

@@ -81,7 +81,7 @@ struct SolverSettings {
   int substeps = 4;
   double contact_hertz = 200;  // stiffness of soft contacts, capped at 0.175 of the substep rate:
                                // 42 Hz at 1/60 s in 4 substeps
-  double contact_damping_ratio = 7;
+  double contact_damping_ratio = 14;
   double max_push_velocity = 3;        // m/s: fastest recovery from penetration
   double restitution_threshold = 0.2;  // m/s: slower impacts do not bounce
   double joint_hertz = 60;

@@ -481,7 +481,28 @@ TEST_P(BothSteps, a_pyramid_stays_in_its_plane) {
   for (const BodyId box : boxes) EXPECT_LT(std::fabs(world.pose(box).position.z()), 1e-5);
 }
 
-// Sixteen boxes, each a few centimetres beside the one below, dropped on each other.
+// Each box lands a few centimetres beside the one below. Nothing drives the sway that this leaves.
+TEST_P(BothSteps, crooked_towers_come_to_rest) {
+  World world({.sleep = {.enabled = false}});
+  world.add_body({.type = BodyType::fixed,
+                  .shapes = {Box{.half_extents = {200, 1, 200}}},
+                  .position = {0, -1, 0},
+                  .friction = 0.6});
+  for (int tower = 0; tower < 36; ++tower) {
+    const Vec3 foot(30 * (tower % 6) - 75, 0, 30 * (tower / 6) - 75);
+    for (int i = 0; i < 10; ++i) {
+      const double angle = 2.4 * (10 * tower + i);
+      const Vec3 beside(0.06 * std::sin(angle), 0.6 + 1.2 * i, 0.06 * std::cos(1.7 * angle));
+      add_box(world, foot + beside, {0.5, 0.5, 0.5}, 0.6, 1000);
+    }
+  }
+  run(world, 12);
+  EXPECT_LT(world.measure().kinetic_energy, 0.01);
+  EXPECT_LT(world.measure().penetration_max, 3e-3);
+}
+
+// Sixteen boxes, each a few centimetres beside the one below, dropped on each other. At 1/60 s the top
+// stays 2.5 cm low (docs/decisions/0023).
 TEST_P(BothSteps, a_tower_that_lands_crooked_stands) {
   World world({.sleep = {.enabled = false}});
   add_floor(world);
@@ -492,7 +513,7 @@ TEST_P(BothSteps, a_tower_that_lands_crooked_stands) {
   }
   run(world, 12);
   for (int i = 0; i < 16; ++i) {
-    EXPECT_NEAR(world.pose(boxes[static_cast<std::size_t>(i)]).position.y(), 0.5 + i, 0.02) << i;
+    EXPECT_NEAR(world.pose(boxes[static_cast<std::size_t>(i)]).position.y(), 0.5 + i, 0.03) << i;
   }
 }
 

@@ -179,6 +179,37 @@ TEST(NarrowphaseBox, stacks_keep_four_points_and_their_features_under_micro_moti
   }
 }
 
+// The sides of boxes that lie nearly along each other cross anywhere along their length. No corner of
+// what lies on each other may be lost over such a crossing.
+TEST(NarrowphaseBox, nearly_aligned_boxes_are_held_at_all_corners_of_their_overlap) {
+  Random random(5);
+  const int pairs = rounds(20000);
+  for (int i = 0; i < pairs; ++i) {
+    const double scale = random.uniform(0.2, 3), yaw = random.uniform(-0.01, 0.01);
+    const double dx = i % 3 == 0 ? random.uniform(-1e-3, 1e-3) : random.uniform(-0.4, 0.4);
+    const double dz = i % 2 == 0 ? random.uniform(-1e-3, 1e-3) : random.uniform(-0.4, 0.4);
+    const Vec3 half(0.5 * scale, 0.5 * scale, 0.5 * scale);
+    PairScene scene;
+    const auto a = scene.add(Box{.half_extents = half}, {});
+    const auto b =
+        scene.add(Box{.half_extents = half},
+                  {scale * Vec3(dx, 0.98, dz), random.small_turn(2e-3) * turned(yaw, {0, 1, 0})});
+    scene.pair(a, b);
+    scene.collide();
+    ASSERT_EQ(scene.contact().manifold_count, 1) << i;
+    for (const double x : {std::max(dx, 0.0) - 0.5, std::min(dx, 0.0) + 0.5}) {
+      for (const double z : {std::max(dz, 0.0) - 0.5, std::min(dz, 0.0) + 0.5}) {
+        double nearest = 1e30;
+        for (std::uint32_t k = 0; k < scene.manifold().point_count; ++k) {
+          const Vec3 at = scene.world(0, scene.manifold().points[k]) / scale;
+          nearest = std::min(nearest, std::hypot(at.x() - x, at.z() - z));
+        }
+        ASSERT_LT(nearest, 0.05) << i << " yaw " << yaw << " offset " << dx << " " << dz;
+      }
+    }
+  }
+}
+
 TEST(NarrowphaseBox, impulses_follow_their_features) {
   PairScene scene;
   const auto a = scene.add(Box{}, {}), b = scene.add(Box{}, at({0.1, 0.999, 0}));

@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <numbers>
+#include <set>
 
 #include "collision/geometry_build.h"
 #include "collision/polytope_axes.h"
@@ -186,6 +188,41 @@ TEST(NarrowphasePolytope, a_kept_axis_is_as_deep_as_a_fresh_one) {
     }
   }
   EXPECT_GT(kept, 5000);
+}
+
+// An edge on an edge, rocked about itself: both faces beside it look along the axis alike.
+TEST(NarrowphasePolytope, crossing_edges_keep_their_points_while_they_rock) {
+  constexpr double kGolden = 1.618033988749895;
+  ConvexHull icosahedron;
+  for (const double one : {-1.0, 1.0}) {
+    for (const double golden : {-kGolden, kGolden}) {
+      for (int k = 0; k < 3; ++k) {
+        Vec3 corner = Vec3::Zero();
+        corner[k] = golden;
+        corner[(k + 2) % 3] = one;
+        icosahedron.points.push_back(0.25 * corner);
+      }
+    }
+  }
+  PairScene scene;
+  const auto a = scene.add(icosahedron, {}), b = scene.add(icosahedron, {});
+  scene.pair(a, b);
+  // The edge of b below the edge of a, across it; both are halfway along x, y or z.
+  const double reach = 0.25 * kGolden;
+  std::set<std::uint32_t> first;
+  for (int step = 0; step < 20; ++step) {
+    const Quat across = turned(std::numbers::pi / 2, {0, 0, 1});
+    const Quat rock = turned(step % 2 == 0 ? 1e-3 : -1e-3, {1, 0, 0});
+    scene.set_pose(b, {Vec3(0, 0, 2 * reach - 1e-3), rock * across});
+    scene.collide();
+    ASSERT_EQ(scene.contact().manifold_count, 1);
+    ASSERT_EQ(scene.contact().cache & 3u, std::uint32_t{collision::AxisName::kEdges});
+    std::set<std::uint32_t> features;
+    for (std::uint32_t k = 0; k < scene.manifold().point_count; ++k)
+      features.insert(scene.manifold().feature[k]);
+    if (step == 0) first = features;
+    ASSERT_EQ(features, first) << step;
+  }
 }
 
 // m outside a hull's faces, in its frame; on its surface: 0.
