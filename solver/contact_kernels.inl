@@ -626,9 +626,9 @@ struct KernelsOf {
     return bounce;
   }
 
-  template <int P>
-  SKERRY_LANE void solve_bounce(const ContactBlock<W, P, true>& block, const Bounce<P>& bounce,
-                                F* vn, F* impulse) {
+  template <int P, bool kFull>
+  SKERRY_LANE void solve_bounce(const ContactBlock<W, P, kFull>& block, const Bounce<P>& bounce,
+                                const F* vn, F* impulse) {
     const Wanted<P>& w = bounce.wanted;
     if constexpr (P == 1) {
       impulse[0] = L::max(w.old[0] - load(block.points.mass[0]) * (vn[0] + w.bias[0]), zero());
@@ -748,25 +748,36 @@ struct KernelsOf {
     scatter_marked(pass, block.row_b, b);
   }
 
-  // An impact of two, as if they were alone: the points one after another, then friction at the centre.
+  // An impact of two, as if they were alone: the points that approach at once, then friction at the centre.
   template <int P, bool kFull>
   SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
     Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
     const Frame<P, kFull> f = load_frame(block);
     V linear, angular;
     relative_velocity(f, a.v, b.v, linear, angular);
-    F vn[P];
+    F vn[P], impulse[P];
     point_velocities(block, f, linear, angular, vn);
     const F none = zero(), one = L::set(1.0f), threshold = L::set(-pass.restitution_threshold);
     const F factor = load(block.carried);
-    NormalSum sum = {none, none, none};
+    Bounce<P> bounce;
+    bounce.points = none;
     for (int i = 0; i < P; ++i) {
+      const M meets = L::both(L::less(none, factor), L::less(vn[i], none));
       const F part = L::select(L::less(vn[i], threshold), factor, L::min(factor, one));
-      const F d = L::select(L::less(vn[i], none), none - load(block.points.mass[i]) * vn[i] * part,
-                            none);
-      book(block, i, d, vn, sum);
-      accumulate(block.friction.normal_sum[i], d);
+      Wanted<P>& w = bounce.wanted;
+      w.bias[i] = L::select(meets, vn[i] * (part - one), L::set(kNoMeeting));
+      w.scale[i] = one;
+      w.old[i] = w.leak[i] = w.impulse_scale[i] = none;
+      bounce.points = bounce.points + L::select(meets, one, none);
     }
+    bounce.any = L::less(none, bounce.points);
+    if (!L::any(bounce.any)) return;
+    solve_bounce(block, bounce, vn, impulse);
+    for (int i = 0; i < P; ++i) {
+      impulse[i] = L::select(bounce.any, impulse[i], none);
+      accumulate(block.friction.normal_sum[i], impulse[i]);
+    }
+    const NormalSum sum = sum_of(block, impulse);
     auto& friction = block.friction;
     F slip[2] = {dot(f.t1, linear), dot(f.t2, linear)};
     slip_after(block, sum, slip);
