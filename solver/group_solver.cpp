@@ -50,6 +50,10 @@ constexpr double kSoftLoad = 1200;  // m/s^2
 // they pass on (docs/decisions/0024).
 constexpr int kStrikePasses = 4, kReflectPasses = 8;
 
+// Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
+// carry the load that joints would take from them (docs/decisions/0012).
+constexpr double kJointsYield = 8;
+
 // See effort_of.
 constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
 constexpr double kRestsOn = 0.3;      // cosine of the normal and gravity
@@ -207,20 +211,22 @@ void GroupSolver::collect_contacts() {
 
 void GroupSolver::set_efforts() {
   efforts_ = 1;
+  yields_.clear();
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
     const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
-    const std::uint8_t effort = effort_of(begin, end);
+    const double ratio = heavy_on_light(begin, end);
+    const std::uint8_t effort = effort_of(ratio, end - begin);
+    yields_.push_back(ratio > kJointsYield);
     for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
     efforts_ = std::max(efforts_, effort + 1u);
     begin = end;
   }
 }
 
-// Where a heavy body rests on a light one, a pass carries no more than the light one's share of the
-// load, and warm starting builds it up only over (mass ratio) passes: meanwhile the heavy body sinks
-// by about g h^2 times that. More passes, for that island alone, keep this small.
-std::uint8_t GroupSolver::effort_of(std::uint32_t begin, std::uint32_t end) const {
+// How many times heavier than the lightest the heaviest of those bodies is that rest on a lighter one;
+// 0: none does.
+double GroupSolver::heavy_on_light(std::uint32_t begin, std::uint32_t end) const {
   const Bodies& bodies = *step_->bodies;
   const Vec3& gravity = step_->settings->gravity;
   double heaviest = 0, lightest = 1e300;
@@ -234,9 +240,16 @@ std::uint8_t GroupSolver::effort_of(std::uint32_t begin, std::uint32_t end) cons
     heaviest = std::max(heaviest, std::max(a, b));
     lightest = std::min(lightest, std::min(a, b));
   }
+  return heaviest / lightest;
+}
+
+// Where a heavy body rests on a light one, a pass carries no more than the light one's share of the
+// load, and warm starting builds it up only over (mass ratio) passes: meanwhile the heavy body sinks
+// by about g h^2 times that. More passes, for that island alone, keep this small.
+std::uint8_t GroupSolver::effort_of(double ratio, std::uint32_t contacts) {
   std::uint8_t effort = 0;
-  while (effort < kMostEffort && heaviest > kRatioPerPass * lightest * (1 << effort) &&
-         (std::uint64_t{end - begin} << (effort + 1)) <= kEffortBudget) {
+  while (effort < kMostEffort && ratio > kRatioPerPass * (1 << effort) &&
+         (std::uint64_t{contacts} << (effort + 1)) <= kEffortBudget) {
     ++effort;
   }
   return effort;
@@ -273,7 +286,7 @@ void GroupSolver::set_constants() {
   grow(ledger_, row_count_);
   grow(outlook_, row_count_);
   joints_.begin(first_body_, row_count_, 1 + body_count_,
-                group_.kind == GroupKind::wide ? kWideJointGrain : kUnbounded);
+                group_.kind == GroupKind::wide ? kWideJointGrain : kUnbounded, yields_);
   joints_.bodies.bind(velocity_.data(), delta_.data());
   const SolverSettings& settings = step_->settings->solver;
   const double h = step_->dt / settings.substeps;
@@ -394,6 +407,7 @@ void GroupSolver::list_phases() {
     if (!repeats) add_colours(Op::warm_start);
     add_joint_colours(Op::solve_joints);
     add_colours(Op::solve);
+    if (contact_count_ > 0) add_joint_colours(Op::answer_joints);
     add_phase(Op::integrate_positions);
     add_joint_colours(Op::relax_joints);
     add_colours(Op::relax);
@@ -445,6 +459,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
     case Op::prepare_joints:
     case Op::warm_start_joints:
     case Op::solve_joints:
+    case Op::answer_joints:
     case Op::relax_joints:
     case Op::close_joints:
     case Op::store_joints:
@@ -497,6 +512,8 @@ void GroupSolver::run_joints(const Phase& phase, std::uint32_t block) {
         return JointOp::warm_start;
       case Op::solve_joints:
         return JointOp::solve;
+      case Op::answer_joints:
+        return JointOp::answer;
       case Op::relax_joints:
         return JointOp::relax;
       case Op::close_joints:

@@ -43,6 +43,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     warm_start_joints,
     solve,
     solve_joints,
+    answer_joints,
     integrate_positions,
     relax,
     relax_joints,
@@ -99,7 +100,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   void assign_rows();
   void collect_contacts();
   void set_efforts();
-  std::uint8_t effort_of(std::uint32_t begin, std::uint32_t end) const;
+  double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
+  static std::uint8_t effort_of(double ratio, std::uint32_t contacts);
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
                       std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
@@ -161,6 +163,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
   std::uint32_t efforts_ = 1;          // one more than the highest of the group
+  std::vector<std::uint8_t> yields_;   // [islands of the group] joints do not answer contacts
   std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind)] first lane
   std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
   std::vector<Chunk> chunks_;

@@ -17,7 +17,7 @@ void grow(std::vector<T>& v, std::size_t count) {
 }  // namespace
 
 void JointBatch::begin(std::uint32_t first_body, std::uint32_t rows, std::uint32_t dynamic_end,
-                       std::uint32_t grain) {
+                       std::uint32_t grain, std::span<const std::uint8_t> yields) {
   chunks_.clear();
   colour_chunks_.assign(1, 0);
   if (refs_.empty()) return;
@@ -26,7 +26,7 @@ void JointBatch::begin(std::uint32_t first_body, std::uint32_t rows, std::uint32
   bodies.begin(rows, dynamic_end);
   trees_.begin(static_cast<std::uint32_t>(refs_.size()), rows, dynamic_end);
   find_clusters(dynamic_end);
-  own_bodies(first_body);
+  own_bodies(first_body, yields);
   add_trees();
   find_stiffness();
   add_loops(dynamic_end);
@@ -91,7 +91,8 @@ void JointBatch::find_clusters(std::uint32_t dynamic_end) {
   }
 }
 
-void JointBatch::own_bodies(std::uint32_t first_body) {
+void JointBatch::own_bodies(std::uint32_t first_body, std::span<const std::uint8_t> yields) {
+  grow(answers_, parent_.size());
   for (std::uint32_t i = 0; i < island_count_; ++i) {
     const core::Island& island = step_->islands->islands[first_island_ + i];
     if (island.joint_count == 0) continue;
@@ -99,6 +100,7 @@ void JointBatch::own_bodies(std::uint32_t first_body) {
     const std::uint32_t row = island.first_body - first_body + 1;
     const bool smooth = island.contact_count == 0 && !looped_[root_of(row)];
     bodies.own(row, island.body_count, smooth, island.contact_count > 0);
+    std::fill_n(answers_.begin() + row, island.body_count, island.contact_count > 0 && !yields[i]);
   }
 }
 
@@ -279,12 +281,17 @@ void JointBatch::for_constraints(const Chunk& chunk, void (JointBatch::*visit)(s
   for (std::uint32_t i = first; i < end; ++i) (this->*visit)(i);
 }
 
+bool JointBatch::answers(const JointConstraint& c) const {
+  return answers_[bodies.solved(c.row_a) ? c.row_a : c.row_b] != 0;
+}
+
 void JointBatch::run_tree(JointOp op, std::uint32_t substep, const JointTree& tree) {
   if (op == JointOp::close && !tree.smooth) return;
+  if (op == JointOp::answer && !answers(constraints_[tree.first])) return;
   const std::span<JointConstraint> all(constraints_);
   const JointArrays shared = arrays();
   JointPass pass = rigid_;
-  pass.use_bias = op == JointOp::warm_start || op == JointOp::solve;
+  pass.use_bias = op == JointOp::warm_start || op == JointOp::solve || op == JointOp::answer;
   double before = 1;  // kick that the impulses belong to
   if (tree.smooth) {
     const bool close = op == JointOp::close;
@@ -316,10 +323,11 @@ void JointBatch::run_tree(JointOp op, std::uint32_t substep, const JointTree& tr
 }
 
 void JointBatch::run_loop(JointOp op, JointConstraint& c) {
-  if (op == JointOp::close) return;
+  if (op == JointOp::close || (op == JointOp::answer && !answers(c))) return;
   JointPass pass = soft_;
   pass.use_bias = op != JointOp::relax;
-  if (op != JointOp::solve) refresh(step_->joints->rows[c.joint], pass, arrays(), c);
+  if (op == JointOp::warm_start || op == JointOp::relax)
+    refresh(step_->joints->rows[c.joint], pass, arrays(), c);
   if (op == JointOp::warm_start) {
     warm_start(arrays(), c, 1);
   } else {

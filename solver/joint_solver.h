@@ -23,8 +23,9 @@
 namespace skerry::solver {
 
 // What is done with a chunk of joints. Each substep: kick the bodies, warm_start, solve, drift, relax;
-// after the last one smooth bodies are kicked once more and closed.
-enum class JointOp : std::uint8_t { prepare, warm_start, solve, relax, close, store };
+// contacts are solved after solve, and answer is solve once more for those that contacts have pushed;
+// after the last substep smooth bodies are kicked once more and closed.
+enum class JointOp : std::uint8_t { prepare, warm_start, solve, answer, relax, close, store };
 
 class JointBatch {
  public:
@@ -36,8 +37,9 @@ class JointBatch {
   void collect(const core::StepContext& step, std::uint32_t first, std::uint32_t count,
                RowOf row_of);
   // Once all rows are known: owned bodies, clusters, colours, chunks of at least `grain` joints.
+  // `yields`, of the step's islands: their contacts have the last word, joints do not answer them.
   void begin(std::uint32_t first_body, std::uint32_t rows, std::uint32_t dynamic_end,
-             std::uint32_t grain);
+             std::uint32_t grain, std::span<const std::uint8_t> yields);
   bool empty() const { return refs_.empty(); }
 
   // Chunks of one colour may run at once; colours follow each other. Trees are in colour 0.
@@ -60,7 +62,7 @@ class JointBatch {
   void set_passes();
   void find_clusters(std::uint32_t dynamic_end);
   std::uint32_t root_of(std::uint32_t row);
-  void own_bodies(std::uint32_t first_body);
+  void own_bodies(std::uint32_t first_body, std::span<const std::uint8_t> yields);
   void add_trees();
   void add_loops(std::uint32_t dynamic_end);
   void find_stiffness();
@@ -69,6 +71,7 @@ class JointBatch {
   void for_constraints(const Chunk& chunk, void (JointBatch::*visit)(std::uint32_t));
   void prepare(std::uint32_t constraint);
   void store(std::uint32_t constraint);
+  bool answers(const JointConstraint& c) const;
   void run_tree(JointOp op, std::uint32_t substep, const JointTree& tree);
   void run_loop(JointOp op, JointConstraint& c);
 
@@ -79,6 +82,7 @@ class JointBatch {
   std::vector<JointRef> loops_;
   std::vector<std::uint32_t> parent_;  // [rows] union-find
   std::vector<std::uint8_t> looped_;   // [rows] of cluster roots
+  std::vector<std::uint8_t> answers_;  // [rows] whose joints answer contacts
   struct Closing {
     std::uint32_t row, locks;  // at which a joint closed a loop, and with how many locks
   };

@@ -31,7 +31,7 @@ TEST(AccuracyTasks, balls_that_bounce_keep_their_energy) {
 }
 
 TEST(AccuracyTasks, balls_that_fall_apart_do_not_overlap) {
-  EXPECT_LT(error_of("sim_666", 1e-2), 1e-4);         // RaiSim 0.0153
+  EXPECT_LT(error_of("sim_666", 1e-2), 1e-4);  // RaiSim 0.0153
 }
 
 TEST(AccuracyTasks, an_elastic_cube_of_balls_keeps_its_energy) {

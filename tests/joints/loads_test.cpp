@@ -116,6 +116,49 @@ TEST(Joints, a_taut_bridge_of_planks_bears_a_ball_of_a_hundred_times_a_plank) {
   }
 }
 
+// A chain that lands flat on two bars and the ground: each blow is answered by the joints at once.
+TEST(Joints, blows_of_contacts_do_not_pull_a_chain_apart) {
+  for (const double dt : {kDt, kDt / 4}) {
+    for (const double speed : {3.0, 6.0, 10.0}) {
+      World world;
+      add_floor(world);
+      const Quat along_z(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+      for (const double x : {-1.0, 0.9})
+        world.add_body({.type = BodyType::fixed,
+                        .shapes = {Capsule{.radius = 0.1, .half_height = 1}},
+                        .position = {x, 1, 0},
+                        .orientation = along_z});
+      BodyId last = {};
+      std::vector<JointId> joints;
+      for (int i = 0; i < 10; ++i) {
+        const Vec3 at(0.4 * (i - 4.5), 1.5 + 0.02 * i, 0);
+        const BodyId link =
+            world.add_body({.shapes = {Capsule{.radius = 0.08, .half_height = 0.12}},
+                            .position = at,
+                            .orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ())),
+                            .linear_velocity = {0, -speed, 0}});
+        if (i > 0)
+          joints.push_back(
+              world.add_joint(BallJoint{.a = last, .b = link, .anchor = at - Vec3(0.2, 0.01, 0)}));
+        last = link;
+      }
+      double worst = 0, sum = 0;
+      int count = 0;
+      for (int n = static_cast<int>(std::lround(2 / dt)); n > 0; --n) {
+        world.step(dt);
+        for (const JointId joint : joints) {
+          const double apart = world.joint_position(joint, JointCoordinate::distance);
+          worst = std::max(worst, apart);
+          sum += apart;
+          ++count;
+        }
+      }
+      EXPECT_LT(worst, 0.25 * speed * dt) << speed << " m/s, dt " << dt;
+      EXPECT_LT(sum / count, 2e-3 * speed * dt) << speed << " m/s, dt " << dt;
+    }
+  }
+}
+
 // Jolt #2092 and its like: locks leave nothing to move along a row, and nothing may be divided by it.
 TEST(Joints, locked_axes_contacts_and_joints_of_every_type_stay_finite) {
   for (int locks = 0; locks < 64; locks += 3) {

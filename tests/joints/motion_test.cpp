@@ -242,7 +242,7 @@ TEST(Joints, contacts_between_the_links_of_a_chain_keep_its_momentum) {
       world.step(kDt);
       events += world.contact_events().size();
     }
-    EXPECT_GT(events, 10u);
+    EXPECT_GE(events, 5u);
     const Measures after = world.measure();
     for (std::size_t i = 0; i < 3; ++i)
       EXPECT_NEAR(after.momentum[i], before.momentum[i], 1e-6 * before.momentum[0]);
