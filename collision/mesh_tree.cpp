@@ -1,16 +1,17 @@
 #include "collision/mesh_tree.h"
 
-#include <algorithm>
+#include <span>
 
 #include "collision/box_lanes.h"
+#include "collision/sort_rows.h"
 
 namespace skerry::core {
 namespace {
 template <class Test>
 void append_sorted(const MeshTree& tree, const Test& test, std::vector<std::uint32_t>& triangles) {
-  const auto first = static_cast<std::ptrdiff_t>(triangles.size());
+  const std::size_t first = triangles.size();
   collision::walk(tree.nodes, test, [&](std::uint32_t triangle) { triangles.push_back(triangle); });
-  std::sort(triangles.begin() + first, triangles.end());
+  collision::sort_rows(std::span(triangles).subspan(first));
 }
 }  // namespace
 
