@@ -807,10 +807,7 @@ struct KernelsOf {
     bounce.any = L::less(none, bounce.points);
     if (!L::any(bounce.any)) return;
     solve_bounce(block, bounce, vn, impulse);
-    for (int i = 0; i < P; ++i) {
-      impulse[i] = L::select(bounce.any, impulse[i], none);
-      accumulate(block.friction.normal_sum[i], impulse[i]);
-    }
+    for (int i = 0; i < P; ++i) accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
     const NormalSum sum = sum_of(block, impulse);
     auto& friction = block.friction;
     F slip[2] = {dot(f.t1, linear), dot(f.t2, linear)};
@@ -818,12 +815,15 @@ struct KernelsOf {
     F p1 = none, p2 = none;
     solve_disc(friction.inverse, load(friction.slide_mass), load(friction.coefficient) * sum.push,
                slip[0], slip[1], p1, p2);
-    accumulate(friction.sum[0], p1);
-    accumulate(friction.sum[1], p2);
+    accumulate(friction.sum[0], p1, bounce.any);
+    accumulate(friction.sum[1], p2, bounce.any);
     V torque = {none, none, none};
     if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
     const V push = add(mul(f.n, sum.push), add(mul(f.t1, p1), mul(f.t2, p2)));
+    const Velocity before_a = a.v, before_b = b.v;
     apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+    a.v = select(bounce.any, a.v, before_a);
+    b.v = select(bounce.any, b.v, before_b);
     scatter_marked(pass, block.row_a, a);
     scatter_marked(pass, block.row_b, b);
   }

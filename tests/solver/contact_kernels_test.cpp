@@ -390,6 +390,8 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
     run.each(&OfKind::relax, substep != 1);
     note("relax");
   }
+  run.each(&OfKind::restitute);
+  note("restitute");
   run.each(&OfKind::count_pushes);
   run.each(&OfKind::count_pushes);  // as if the bodies had other contacts too
   note("count_pushes");
@@ -399,8 +401,6 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
   note("take_back");
   run.each(&OfKind::reflect);
   note("reflect");
-  run.each(&OfKind::restitute);
-  note("restitute");
   run.store();
   note("store");
   return all;
