@@ -221,7 +221,7 @@ void add_to_batch(const StepContext& step, const ApartPairs& known, std::uint32_
   const int lane = scratch.batched++;
   const ContactPair& pair = step.contacts->pairs[row];
   scratch.rows[lane] = row;
-  pair_frame(step, pair, scratch.frames[lane]);
+  pair_frame(step, pair, pair_approach(step, pair), scratch.frames[lane]);
   // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
   gather(step, pair, scratch.frames[lane], scratch.batch, lane);

@@ -84,7 +84,9 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
 
 void fetch(const void* line) { __builtin_prefetch(line); }
 
-inline PairApproach approach_of(const StepContext& step, const core::ContactPair& pair) {
+}  // namespace
+
+PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {
   const core::Bodies& bodies = *step.bodies;
   PairApproach approach = {{0, 0, 0}, {0, 0, 0}, 0};
   approach.between = difference(bodies.pose[pair.body_b].center, bodies.pose[pair.body_a].center);
@@ -95,6 +97,8 @@ inline PairApproach approach_of(const StepContext& step, const core::ContactPair
                     core::rounded_to_float(step.dt) * closing_bound(step, pair, approach.velocity);
   return approach;
 }
+
+namespace {
 
 // See Query::touch. `between` as in PairApproach.
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
@@ -118,8 +122,10 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
-inline void set_frame(const StepContext& step, const core::ContactPair& pair,
-                      const PairApproach& approach, PairFrame& frame) {
+}  // namespace
+
+void pair_frame(const StepContext& step, const core::ContactPair& pair,
+                const PairApproach& approach, PairFrame& frame) {
   const Collider& a = step.colliders->rows[pair.a];
   const Collider& b = step.colliders->rows[pair.b];
   const BodyPose& pose_a = step.bodies->pose[pair.body_a];
@@ -149,8 +155,6 @@ inline void set_frame(const StepContext& step, const core::ContactPair& pair,
   if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
 }
 
-}  // namespace
-
 void prefetch(const Manifold& manifold) {
   const char* first = reinterpret_cast<const char*>(&manifold);
   for (std::size_t line = 0; line < sizeof manifold; line += 64)
@@ -172,23 +176,11 @@ void prefetch_pair(const StepContext& step, const core::ContactPair& pair) {
   for (std::size_t line = 0; line < sizeof memories[0]; line += 64) fetch(memory + line);
 }
 
-PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair) {
-  return approach_of(step, pair);
-}
-
 float spheres_apart(const StepContext& step, const core::ContactPair& pair,
                     const PairApproach& approach) {
   return length(approach.between) -
          (reach(step.colliders->rows[pair.a], step.bodies->mass[pair.body_a]) +
           reach(step.colliders->rows[pair.b], step.bodies->mass[pair.body_b]));
-}
-
-void pair_frame(const StepContext& step, const core::ContactPair& pair, PairFrame& frame) {
-  set_frame(step, pair, approach_of(step, pair), frame);
-}
-void pair_frame(const StepContext& step, const core::ContactPair& pair,
-                const PairApproach& approach, PairFrame& frame) {
-  set_frame(step, pair, approach, frame);
 }
 
 namespace {

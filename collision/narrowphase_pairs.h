@@ -40,7 +40,6 @@ struct PairFrame {
   float dt;
   float touch;  // see Query
 };
-void pair_frame(const StepContext& step, const core::ContactPair& pair, PairFrame& frame);
 void pair_frame(const StepContext& step, const core::ContactPair& pair,
                 const PairApproach& approach, PairFrame& frame);
 
