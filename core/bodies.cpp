@@ -82,6 +82,7 @@ BodyIndex take_row(Bodies& bodies) {
   bodies.as_dynamic.emplace_back();
   bodies.force.emplace_back();
   bodies.still_time.push_back(0);
+  bodies.still_energy.push_back(0);
   bodies.sleep_island.push_back(kNone);
   bodies.first_collider.push_back(kNone);
   bodies.generation.push_back(1);  // 0 is the generation of an id that names nothing
