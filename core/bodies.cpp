@@ -82,6 +82,7 @@ BodyIndex take_row(Bodies& bodies) {
   bodies.as_dynamic.emplace_back();
   bodies.force.emplace_back();
   bodies.still_time.push_back(0);
+  bodies.still_energy.push_back(0);
   bodies.sleep_island.push_back(kNone);
   bodies.lock_joints.push_back(0);
   bodies.first_collider.push_back(kNone);

@@ -93,6 +93,7 @@ struct Bodies {
   std::vector<DynamicTraits> as_dynamic;
   std::vector<BodyForce> force;               // zero unless kForced; see add_force
   std::vector<float> still_time;              // s below the sleep thresholds
+  std::vector<double> still_energy;           // J, kinetic, when still_time began to count
   std::vector<std::uint32_t> sleep_island;    // row of Sleepers::islands, kNone while awake
   std::vector<std::uint32_t> lock_joints;     // how many joints with locks it has
   std::vector<ColliderIndex> first_collider;  // chain through Collider::next_in_body, kNone: none

@@ -35,14 +35,24 @@ bool is_pushed(const StepContext& step, BodyIndex body) {
   return !force.force.isZero(0) || !force.torque.isZero(0);
 }
 
+// Whether a body moves on for ever if nothing touches it.
+bool drifts(const Bodies& bodies, BodyIndex body) {
+  const BodyMotion& motion = bodies.motion[body];
+  const core::BodyMass& mass = bodies.mass[body];
+  return (mass.linear_damping == 0 && !motion.linear.isZero(0)) ||
+         (mass.angular_damping == 0 && !motion.angular.isZero(0));
+}
+
 float still_time_after(const StepContext& step, BodyIndex body, bool free) {
-  const Bodies& bodies = *step.bodies;
+  Bodies& bodies = *step.bodies;
   // A body set aside does not keep its neighbours awake.
   if (bodies.flags[body] & core::kQuarantined)
     return core::rounded_to_float(step.settings->sleep.time);
   if (!(bodies.flags[body] & core::kAllowSleep)) return 0;
   if (!is_slow(bodies.motion[body], step.settings->sleep)) return 0;
-  if (free && is_pushed(step, body)) return 0;
+  if (free && (drifts(bodies, body) || is_pushed(step, body))) return 0;
+  if (bodies.still_time[body] == 0)
+    bodies.still_energy[body] = core::kinetic_energy(bodies.motion[body], bodies.mass[body].mass);
   return bodies.still_time[body] + core::rounded_to_float(step.dt);
 }
 
@@ -87,6 +97,66 @@ bool meets_moving_kinematic(const StepContext& step, const Island& island) {
     if (is_moving_kinematic(bodies, joint.a) || is_moving_kinematic(bodies, joint.b)) return true;
   }
   return false;
+}
+
+bool is_held(const Bodies& bodies, BodyIndex a, BodyIndex b) {
+  return a == core::kNone || b == core::kNone || !bodies.is(a, core::kDynamic) ||
+         !bodies.is(b, core::kDynamic);
+}
+
+// Whether something that cannot move touches or holds the island.
+bool is_supported(const StepContext& step, const Island& island) {
+  const Bodies& bodies = *step.bodies;
+  for (std::uint32_t i = 0; i < island.contact_count; ++i) {
+    const core::ContactRef ref = step.islands->contacts[island.first_contact + i];
+    const core::ContactPair& pair = step.contacts->pairs[ref.pair];
+    if (is_held(bodies, pair.body_a, pair.body_b)) return true;
+  }
+  for (std::uint32_t i = 0; i < island.joint_count; ++i) {
+    const core::Joint& joint = step.joints->rows[step.islands->joints[island.first_joint + i]];
+    if (is_held(bodies, joint.a, joint.b)) return true;
+  }
+  return false;
+}
+
+// Slow is not at rest: what slides or rolls down gently gathers speed, by more than what trembles
+// ever does. Its time begins anew.
+bool gathers_speed(const StepContext& step, const Island& island) {
+  constexpr double kTremble = 0.1;  // of the thresholds
+  Bodies& bodies = *step.bodies;
+  const SleepSettings& sleep = step.settings->sleep;
+  const double linear = kTremble * sleep.linear_threshold;
+  const double angular = kTremble * sleep.angular_threshold;
+  double gained = 0;  // J
+  for (const BodyIndex body : members(*step.islands, island)) {
+    const core::BodyMass& mass = bodies.mass[body];
+    gained += core::kinetic_energy(bodies.motion[body], mass.mass) - bodies.still_energy[body];
+    gained -= 0.5 * (mass.mass * linear * linear + mass.inertia_b.trace() / 3 * angular * angular);
+  }
+  if (gained <= 0) return false;
+  for (const BodyIndex body : members(*step.islands, island)) bodies.still_time[body] = 0;
+  return true;
+}
+
+// Whether an island that nothing holds moves as a whole: stopped, its momentum would be lost.
+bool drifts(const StepContext& step, const Island& island) {
+  constexpr double kDrift = 0.01;  // of the threshold
+  const Bodies& bodies = *step.bodies;
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0;
+  bool damped = true;
+  for (const BodyIndex body : members(*step.islands, island)) {
+    momentum += bodies.mass[body].mass * bodies.motion[body].linear;
+    mass += bodies.mass[body].mass;
+    damped = damped && bodies.mass[body].linear_damping > 0;
+  }
+  const double most = kDrift * step.settings->sleep.linear_threshold * mass;
+  return !damped && square(momentum) > most * most && !is_supported(step, island);
+}
+
+bool is_at_rest(const StepContext& step, const Island& island) {
+  return !meets_moving_kinematic(step, island) && !drifts(step, island) &&
+         !gathers_speed(step, island);
 }
 
 std::uint32_t take_sleeper_row(Sleepers& sleepers) {
@@ -151,7 +221,7 @@ void update_sleep(const StepContext& step, core::IndexRange, core::Task&) {
   if (!sleep.enabled) return;
   const float enough = core::rounded_to_float(sleep.time);
   for (const Island& island : step.islands->islands)
-    if (island.still_time >= enough && !meets_moving_kinematic(step, island))
+    if (island.still_time >= enough && is_at_rest(step, island))
       put_to_sleep(bodies, *step.sleepers, members(*step.islands, island));
   for (const BodyIndex body : step.islands->free_bodies)
     if (bodies.is(body, core::kDynamic | core::kAwake) && bodies.still_time[body] >= enough)

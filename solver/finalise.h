@@ -9,12 +9,13 @@ namespace skerry::solver {
 
 // Stage "finalise_bodies", per island group: kChanged (of awake bodies; it says nothing about
 // others), cleared forces, still_time of bodies and islands. A body that is not allowed to sleep is
-// never still; nor is one in free flight while an external force acts on it, so that nothing hangs
-// in the air at the top of its path. Writes its own bodies and islands only.
+// never still; nor is one in free flight that moves without damping, or while an external force acts on
+// it, so that nothing hangs in the air at the top of its path. Writes its own bodies and islands only.
 void finalise_bodies(const core::StepContext& step, core::IndexRange groups, core::Task& task);
 
 // Stage "sleep", once: islands still for longer than the setting fall asleep as a unit, and so do
-// free bodies, each its own island; not those that touch or are joined to a moving kinematic body.
+// free bodies, each its own island; not those that touch or are joined to a moving kinematic body, nor
+// those that gather speed, nor those that drift and touch nothing that holds them.
 // Puts quarantined bodies to rest for good and names them in step.warnings.
 void update_sleep(const core::StepContext& step, core::IndexRange, core::Task& task);
 

@@ -88,6 +88,7 @@ struct SolverSettings {
   double joint_damping_ratio = 2;
 };
 
+// What gathers speed, be it slowly, does not sleep, nor does what drifts in empty space.
 struct SleepSettings {
   bool enabled = true;
   double linear_threshold = 0.05;   // m/s

@@ -1,6 +1,7 @@
 // Who sleeps, who wakes, and with whom: islands as a user sees them.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 #include "tests/support/bodies.h"
@@ -168,6 +169,47 @@ TEST(SleepWake, a_kinematic_body_slower_than_the_sleep_threshold_wakes_and_keeps
   world.set_velocity(pusher, {0, 0, 0}, {0, 0, 0});
   run(world, 120);
   EXPECT_FALSE(world.awake(box)) << "and may sleep when the pusher stops";
+}
+
+// -- What is slow but not at rest
+
+TEST(SleepWake, what_gathers_speed_slowly_is_not_stopped) {
+  const double angle = 0.1, g = 1.62;
+  for (const double friction : {0.09, 0.6}) {  // the box slides, the ball rolls
+    World world({.gravity = {0, -g, 0}});
+    add_incline(world, angle, friction);
+    const Vec3 normal(-std::sin(angle), std::cos(angle), 0);
+    const Shape shape = friction < 0.1 ? Shape(Box{}) : Shape(Sphere{.radius = 0.5});
+    const BodyId body =
+        world.add_body({.shapes = {shape},
+                        .position = 0.5 * normal,
+                        .orientation = Quat(Eigen::AngleAxisd(angle, Vec3::UnitZ())),
+                        .friction = friction});
+    run(world, 300);
+    const double expected = friction < 0.1 ? g * (std::sin(angle) - friction * std::cos(angle))
+                                           : 5 / 7.0 * g * std::sin(angle);
+    EXPECT_TRUE(world.awake(body));
+    EXPECT_NEAR(world.linear_velocity(body).norm(), 5 * expected, 0.02 * 5 * expected);
+  }
+}
+
+TEST(SleepWake, what_drifts_in_empty_space_drifts_on) {
+  World world({.gravity = {0, 0, 0}});
+  const auto ball = [&world](const Vec3& at, double damping) {
+    return world.add_body({.shapes = {Sphere{.radius = 0.5}},
+                           .position = at,
+                           .linear_velocity = {0.02, 0, 0},
+                           .linear_damping = damping,
+                           .angular_damping = damping});
+  };
+  const BodyId alone = ball({0, 0, 0}, 0), damped = ball({0, 5, 0}, 0.1);
+  const BodyId left = ball({0, 10, 0}, 0), right = ball({0.999, 10, 0}, 0);  // they touch
+  const BodyId still = world.add_body({.shapes = {Sphere{}}, .position = {0, 15, 0}});
+  run(world, 300);
+  EXPECT_NEAR(world.pose(alone).position.x(), 0.1, 1e-9);
+  EXPECT_NEAR((world.pose(left).position + world.pose(right).position).x(), 1.199, 1e-6);
+  EXPECT_FALSE(world.awake(damped));
+  EXPECT_FALSE(world.awake(still));
 }
 
 TEST(SleepWake, a_kinematic_floor_that_begins_to_move_takes_sleepers_along) {

@@ -57,7 +57,8 @@ struct SleepWorld : HandMadeWorld {
 
 TEST(Sleep, an_island_sleeps_as_a_unit_after_the_set_time) {
   SleepWorld world;
-  const BodyIndex a = world.add({.linear = {0.04, 0, 0}}), b = world.add({.angular = {0, 0.04, 0}});
+  const BodyIndex a = world.add({.linear = {0.04, 0, 0}});
+  const BodyIndex b = world.add({.linear = {-0.04, 0, 0}, .angular = {0, 0.04, 0}});
   const BodyIndex c = world.add({.linear = {0, 1, 0}});
   world.island({a, b});
   world.island({c});
