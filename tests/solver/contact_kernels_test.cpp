@@ -215,26 +215,16 @@ class Run {
     pass_.soft_load = 5;
   }
 
-  void prepare() {
+  template <class Result>
+  void each(Result (*ContactKernels::OfKind::*kernel)(const ContactPass&, const LaneInput&,
+                                                      void*)) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       for (std::uint32_t block = 0; block < block_count(); ++block) {
         LaneInput input;
         for (std::uint32_t lane = 0; lane < kernels_.width; ++lane) {
           fill(input, lane, contact_at(kind, block, lane));
         }
-        kernels_.kind[kind].prepare(pass_, input, block_at(kind, block));
-      }
-    }
-  }
-
-  void take_back() {
-    for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
-      for (std::uint32_t block = 0; block < block_count(); ++block) {
-        LaneInput input;
-        for (std::uint32_t lane = 0; lane < kernels_.width; ++lane) {
-          fill(input, lane, contact_at(kind, block, lane));
-        }
-        kernels_.kind[kind].take_back(pass_, input, block_at(kind, block));
+        (kernels_.kind[kind].*kernel)(pass_, input, block_at(kind, block));
       }
     }
   }
@@ -371,7 +361,7 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
   Run run(kernels, colour);
   std::vector<AfterKernel> all = {{"nothing", run.words()}};
   const auto note = [&](const char* kernel) { all.push_back({kernel, run.words()}); };
-  run.prepare();
+  run.each(&OfKind::prepare);
   note("prepare");
   for (int substep = 0; substep < 3; ++substep) {
     if (substep == 0) {
@@ -397,7 +387,7 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
   note("count_pushes");
   run.each(&OfKind::strike);
   note("strike");
-  run.take_back();
+  run.each(&OfKind::take_back);
   note("take_back");
   run.each(&OfKind::reflect);
   note("reflect");
