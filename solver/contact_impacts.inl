@@ -1,0 +1,281 @@
+// Contacts that bounce, and impacts among several bodies. Part of KernelsOf in contact_kernels.inl, which
+// says what holds here.
+
+// Newton restitution at points that pushed in this step, those that do not bounce held. No point
+// is first, or what lands flat would rebound spinning. Friction within what the normals will be,
+// then the normals: in this order neither can gain energy from the other.
+template <int P>
+SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
+  constexpr int kRows = P > 1 ? 3 : 2;
+  const F none = zero();
+  Velocity a = gather_velocity(pass.velocity, block.row_a);
+  Velocity b = gather_velocity(pass.velocity, block.row_b);
+  const Frame<P, true> f = load_frame(block);
+  F s[P], drag[kRows];
+  separations(pass, block, f, s);
+  const Bounce<P> bounce = bounce_of(block, s);
+  if (!L::any(bounce.any)) return;
+  V linear, angular, push = {none, none, none}, torque = push;
+  F vn[P], impulse[P];
+  relative_velocity(f, a, b, linear, angular);
+  point_velocities(block, f, linear, angular, vn);
+  solve_bounce(block, bounce, vn, impulse);
+  for (int i = 0; i < P; ++i) impulse[i] = L::max(impulse[i] - bounce.wanted.old[i], none);
+  for (int k = 0; k < kRows; ++k) drag[k] = none;
+  solve_friction(block, f, linear, angular, {none, none, none}, impulse, drag, push, torque);
+  Velocity next_a = a, next_b = b;
+  apply(block, f.ca, f.cb, push, torque, next_a, next_b);
+
+  relative_velocity(f, next_a, next_b, linear, angular);
+  point_velocities(block, f, linear, angular, vn);
+  solve_bounce(block, bounce, vn, impulse);
+  for (int i = 0; i < P; ++i) impulse[i] = impulse[i] - bounce.wanted.old[i];
+  bound_energy(block, vn, impulse);
+  for (int i = 0; i < P; ++i) {
+    accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
+    // What bounces off is no load for the next step to start from.
+    const M bounces = L::less(bounce.wanted.bias[i], none);
+    store(L::select(bounces, none, load(block.points.impulse[i])), block.points.impulse[i]);
+  }
+  for (int k = 0; k < kRows; ++k) accumulate(block.friction.sum[k], drag[k], bounce.any);
+  const NormalSum sum = sum_of(block, impulse);
+  torque = {none, none, none};
+  if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
+  apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
+  scatter_velocity(pass, block.row_a, select(bounce.any, next_a, a));
+  scatter_velocity(pass, block.row_b, select(bounce.any, next_b, b));
+}
+
+// A point that moved off at first and was pressed by the turn that another gave the body would be stopped
+// at a gain of energy. The pushes p of the whole step are lessened together to what gives none, which is
+// sum p (v + K p / 2) <= 0 with the velocities v without them and the couplings K.
+template <int P>
+SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn, F* change) {
+  if constexpr (P > 1) {
+    const F none = zero(), one = L::set(1.0f);
+    F given[P], total[P];
+    for (int i = 0; i < P; ++i) {
+      given[i] = load(block.friction.normal_sum[i]);
+      total[i] = given[i] + change[i];
+    }
+    F taken = none, back = none;
+    for (int i = 0; i < P; ++i) {
+      const F own = inverse_or_zero(load(block.points.mass[i]));
+      F by_given = own * given[i], by_total = own * total[i];
+      for (int j = 0; j < P; ++j) {
+        if (j == i) continue;
+        const F& coupling = load(block.points.coupling[slot_of(i, j)]);
+        by_given = by_given + coupling * given[j];
+        by_total = by_total + coupling * total[j];
+      }
+      taken = taken - total[i] * (vn[i] - by_given);
+      back = back + total[i] * by_total;
+    }
+    const M gains = L::less(taken + taken, back);
+    const F part = L::max(taken + taken, none) / L::select(gains, back, one);
+    for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
+  }
+}
+
+// What a bounce asks of the points. The impulses so far are those of the whole step: where a
+// point's blow came from the fall of another that now rebounds, it is taken back.
+template <int P>
+struct Bounce {
+  Wanted<P> wanted;
+  F points;  // how many take part
+  M any;     // of them bounces
+};
+// The speed wanted is that of the free flight at touch, carried to where the point is now along the
+// parabola; not below the surface, where a body that rests under a great load would be thrown up in
+// every step.
+template <int P>
+SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* s) {
+  const F none = zero(), one = L::set(1.0f);
+  const F twice = load(block.full.acceleration) + load(block.full.acceleration);
+  Bounce<P> bounce;
+  F bouncing = none;
+  bounce.points = none;
+  for (int i = 0; i < P; ++i) {
+    const F square = load(block.full.bounce[i]);
+    const M pressed = L::less(none, load(block.full.max_impulse[i]));
+    const M bounces = L::both(L::less(none, square), pressed);
+    const F speed = L::sqrt(L::max(square + twice * L::max(s[i], none), none));
+    bouncing = bouncing + L::select(bounces, one, none);
+    bounce.points = bounce.points + L::select(pressed, one, none);
+    Wanted<P>& w = bounce.wanted;
+    w.bias[i] = L::select(bounces, none - speed, L::select(pressed, none, L::set(kNoMeeting)));
+    w.old[i] = L::select(bounces, load(block.friction.normal_sum[i]), none);
+    w.scale[i] = one;
+    w.leak[i] = w.impulse_scale[i] = none;
+  }
+  bounce.any = L::less(none, bouncing);
+  return bounce;
+}
+
+template <int P, bool kFull>
+SKERRY_LANE void solve_bounce(const ContactBlock<W, P, kFull>& block, const Bounce<P>& bounce,
+                              const F* vn, F* impulse) {
+  const Wanted<P>& w = bounce.wanted;
+  if constexpr (P == 1) {
+    impulse[0] = L::max(w.old[0] - load(block.points.mass[0]) * (vn[0] + w.bias[0]), zero());
+  } else {
+    const M fails = L::either(solve_together(block, w, vn, impulse),
+                              L::less(bounce.points, L::set(static_cast<float>(P))));
+    if (!L::any(L::both(fails, bounce.any))) return;
+    F other[P];
+    solve_side_by_side<kBounceRounds>(block, w, vn, other);
+    for (int i = 0; i < P; ++i) impulse[i] = L::select(fails, other[i], impulse[i]);
+  }
+}
+
+// ---- Impacts among several bodies (docs/decisions/0024).
+
+// Whether the contact pushed in this step.
+template <int P, bool kFull>
+SKERRY_LANE M pushed(const ContactBlock<W, P, kFull>& block) {
+  F sum = load(block.friction.normal_sum[0]);
+  for (int i = 1; i < P; ++i) sum = sum + load(block.friction.normal_sum[i]);
+  return L::less(zero(), sum);
+}
+
+// How many contacts push a body.
+template <int P, bool kFull>
+SKERRY_LANE void count_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const F one = L::select(pushed(block), L::set(1.0f), zero());
+  a.pushes = a.pushes + one;
+  b.pushes = b.pushes + one;
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
+
+// Bodies of an impact are struck if one of them has other contacts too, and so are those that they
+// push.
+template <int P, bool kFull>
+SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const F none = zero(), one = L::set(1.0f);
+  M strikes = L::less(none, L::max(a.struck, b.struck));
+  if constexpr (kFull) {
+    F impact = none;
+    for (int i = 0; i < P; ++i)
+      impact = L::max(impact, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
+    const M several = L::less(one, L::max(a.pushes, b.pushes));
+    strikes = L::either(strikes, L::both(L::less(none, impact), several));
+  }
+  strikes = L::both(strikes, pushed(block));
+  a.struck = L::select(strikes, one, a.struck);
+  b.struck = L::select(strikes, one, b.struck);
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
+
+// Takes back what a contact between struck bodies gave, but for the load that it carried before.
+// What it is from now on: `carried` is 1 + restitution, 0 for contacts between others.
+template <int P, bool kFull>
+static void take_back(const ContactPass& pass, const LaneInput& input, void* memory) {
+  auto& block = *static_cast<ContactBlock<W, P, kFull>*>(memory);
+  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const Frame<P, kFull> f = load_frame(block);
+  const F none = zero(), one = L::set(1.0f), substeps = L::set(pass.substeps);
+  const M struck = L::both(L::less(none, L::max(a.struck, b.struck)), pushed(block));
+  F old[4], material[4];
+  gather_row(input, kImpulseRow, old);
+  gather_row(input, kMaterialRow, material);
+  NormalSum sum = {none, none, none};
+  F rests = none, all = none;
+  for (int i = 0; i < P; ++i) {
+    const F given = load(block.friction.normal_sum[i]);
+    all = all + given;
+    const F load_before = L::select(L::less(none, load(block.points.mass[i])),
+                                    L::max(L::min(old[i] * substeps, given), none), none);
+    const F d = L::select(struck, load_before - given, none);
+    sum.push = sum.push + d;
+    if constexpr (P > 1) {
+      sum.torque1 = sum.torque1 + load(block.points.v[i]) * d;
+      sum.torque2 = sum.torque2 - load(block.points.u[i]) * d;
+    }
+    accumulate(block.friction.normal_sum[i], d);
+    store(L::select(struck, L::max(old[i], none), load(block.points.impulse[i])),
+          block.points.impulse[i]);
+    rests = rests + load_before;
+    if constexpr (kFull)
+      store(L::select(struck, none, load(block.full.bounce[i])), block.full.bounce[i]);
+  }
+  const F kept = L::select(struck, rests / L::select(struck, all, one), one);
+  const auto lessen = [&](Lanes<W>& given) {
+    const F before = load(given), after = before * kept;
+    store(after, given);
+    return after - before;
+  };
+  auto& friction = block.friction;
+  V push = mul(f.n, sum.push), torque = {none, none, none};
+  push = add(push, add(mul(f.t1, lessen(friction.sum[0])), mul(f.t2, lessen(friction.sum[1]))));
+  lessen(friction.impulse[0]);
+  lessen(friction.impulse[1]);
+  if constexpr (P > 1) {
+    torque =
+        add(add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2)), mul(f.n, lessen(friction.sum[2])));
+    lessen(friction.impulse[2]);
+  }
+  if constexpr (kFull) {
+    auto& full = block.full;
+    torque = add(torque, add(mul(f.t1, lessen(full.rolling_sum[0])),
+                             mul(f.t2, lessen(full.rolling_sum[1]))));
+    lessen(full.rolling_impulse[0]);
+    lessen(full.rolling_impulse[1]);
+  }
+  apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+  const M bears = L::both(struck, L::less(none, rests));
+  a.pushes = L::select(bears, none - one, a.pushes);
+  b.pushes = L::select(bears, none - one, b.pushes);
+  store(L::select(struck, kFull ? one + material[1] : one, none), block.carried);
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
+
+// An impact of two, as if they were alone: the points that approach at once, then friction at the centre.
+template <int P, bool kFull>
+SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull>& block) {
+  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const Frame<P, kFull> f = load_frame(block);
+  V linear, angular;
+  relative_velocity(f, a.v, b.v, linear, angular);
+  F vn[P], impulse[P];
+  point_velocities(block, f, linear, angular, vn);
+  const F none = zero(), one = L::set(1.0f), threshold = L::set(-pass.restitution_threshold);
+  const F factor = load(block.carried);
+  Bounce<P> bounce;
+  bounce.points = none;
+  for (int i = 0; i < P; ++i) {
+    const M meets = L::both(L::less(none, factor), L::less(vn[i], none));
+    const F part = L::select(L::less(vn[i], threshold), factor, L::min(factor, one));
+    Wanted<P>& w = bounce.wanted;
+    w.bias[i] = L::select(meets, vn[i] * (part - one), L::set(kNoMeeting));
+    w.scale[i] = one;
+    w.old[i] = w.leak[i] = w.impulse_scale[i] = none;
+    bounce.points = bounce.points + L::select(meets, one, none);
+  }
+  bounce.any = L::less(none, bounce.points);
+  if (!L::any(bounce.any)) return;
+  solve_bounce(block, bounce, vn, impulse);
+  for (int i = 0; i < P; ++i) accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
+  const NormalSum sum = sum_of(block, impulse);
+  auto& friction = block.friction;
+  F slip[2] = {dot(f.t1, linear), dot(f.t2, linear)};
+  slip_after(block, sum, slip);
+  F p1 = none, p2 = none;
+  solve_disc(friction.inverse, load(friction.slide_mass), load(friction.coefficient) * sum.push,
+             slip[0], slip[1], p1, p2);
+  accumulate(friction.sum[0], p1, bounce.any);
+  accumulate(friction.sum[1], p2, bounce.any);
+  V torque = {none, none, none};
+  if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
+  const V push = add(mul(f.n, sum.push), add(mul(f.t1, p1), mul(f.t2, p2)));
+  const Velocity before_a = a.v, before_b = b.v;
+  apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+  a.v = select(bounce.any, a.v, before_a);
+  b.v = select(bounce.any, b.v, before_b);
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
