@@ -64,7 +64,7 @@ SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn
       F by_given = own * given[i], by_total = own * total[i];
       for (int j = 0; j < P; ++j) {
         if (j == i) continue;
-        const F& coupling = load(block.points.coupling[slot_of(i, j)]);
+        const F coupling = load(block.points.coupling[slot_of(i, j)]);
         by_given = by_given + coupling * given[j];
         by_total = by_total + coupling * total[j];
       }
@@ -106,7 +106,7 @@ SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* 
     w.bias[i] = L::select(bounces, none - speed, L::select(pressed, none, L::set(kNoMeeting)));
     w.old[i] = L::select(bounces, load(block.friction.normal_sum[i]), none);
     w.scale[i] = one;
-    w.leak[i] = w.impulse_scale[i] = none;
+    w.leak[i] = none;
   }
   bounce.any = L::less(none, bouncing);
   return bounce;
@@ -253,7 +253,7 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
     Wanted<P>& w = bounce.wanted;
     w.bias[i] = L::select(meets, vn[i] * (part - one), L::set(kNoMeeting));
     w.scale[i] = one;
-    w.old[i] = w.leak[i] = w.impulse_scale[i] = none;
+    w.old[i] = w.leak[i] = none;
     bounce.points = bounce.points + L::select(meets, one, none);
   }
   bounce.any = L::less(none, bounce.points);

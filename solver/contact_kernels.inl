@@ -231,10 +231,10 @@ struct KernelsOf {
   static constexpr float kTouching = kFull ? 1e-5f : 0.0f;
 
   // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
-  // of the impulse goes; impulse_scale is the leak per impulse.
+  // of the impulse goes.
   template <int P>
   struct Wanted {
-    F bias[P], scale[P], leak[P], impulse_scale[P], old[P];
+    F bias[P], scale[P], leak[P], old[P];
   };
   template <int P, bool kFull>
   SKERRY_LANE Wanted<P> wanted(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
@@ -247,13 +247,13 @@ struct KernelsOf {
       w.old[i] = load(block.points.impulse[i]);
       F push = none;
       w.scale[i] = one;
-      w.impulse_scale[i] = w.leak[i] = none;
+      w.leak[i] = none;
       if (soft) {
         push = L::max(s[i] * L::set(pass.soft.bias_rate), L::set(-pass.max_push));
         w.scale[i] = L::select(apart, one, L::set(pass.soft.mass_scale));
-        w.impulse_scale[i] = L::select(apart, none, L::set(pass.soft.impulse_scale));
+        const F scale = L::select(apart, none, L::set(pass.soft.impulse_scale));
         const F most = load(block.points.mass[i]) * L::set(pass.soft_load);
-        w.leak[i] = w.impulse_scale[i] * L::min(w.old[i] - carried, most);
+        w.leak[i] = scale * L::min(w.old[i] - carried, most);
       }
       w.bias[i] = L::select(apart, s[i] * inv_h, push);
     }
