@@ -202,7 +202,8 @@ void GroupSolver::collect_contacts() {
     contacts_[i] = {{offset.x(), offset.y(), offset.z()},
                     refs[i].manifold,
                     kind_of(manifold, row_a_[i], row_b_[i]),
-                    0};
+                    0,
+                    is_loose(manifold)};
     has_bounces_ = has_bounces_ || manifold.restitution > 0;
   }
   joints_.collect(*step_, group_.first, group_.count,
@@ -253,6 +254,13 @@ std::uint8_t GroupSolver::effort_of(double ratio, std::uint32_t contacts) {
     ++effort;
   }
   return effort;
+}
+
+// Whether some of its four points were free at the end of the last step.
+bool GroupSolver::is_loose(const Manifold& manifold) {
+  const float* impulse = manifold.normal_impulse;
+  return manifold.point_count < 4 || std::min(std::min(impulse[0], impulse[1]),
+                                              std::min(impulse[2], impulse[3])) <= 0;
 }
 
 ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
@@ -312,22 +320,26 @@ void GroupSolver::set_constants() {
   unbooked_pass_.books = false;
 }
 
-// Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
+// Counting sort by (effort, colour, kind, loose), stable, each kind padded to whole blocks.
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
-  const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
-  core::refill(bucket_, buckets + 1, 0u);
+  const std::size_t kinds = std::size_t{efforts_} * colouring_.colours * kContactKinds;
+  core::refill(bucket_, 2 * kinds, 0u);
   const auto key = [this](std::uint32_t contact) {
     const Contact& c = contacts_[contact];
-    return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
-           static_cast<std::uint32_t>(c.kind);
+    const std::uint32_t kind =
+        (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
+        static_cast<std::uint32_t>(c.kind);
+    return 2 * kind + (c.loose ? 1 : 0);
   };
   for (std::uint32_t i = 0; i < contact_count_; ++i) ++bucket_[key(i)];
   std::uint32_t first = 0;
-  for (std::uint32_t& size : bucket_) {
-    const std::uint32_t padded = (size + width - 1) / width * width;
-    size = first;
-    first += padded;
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    std::uint32_t* sizes = &bucket_[2 * kind];
+    const std::uint32_t firm = sizes[0], all = firm + sizes[1];
+    sizes[0] = first;
+    sizes[1] = first + firm;
+    first += (all + width - 1) / width * width;
   }
   core::refill(lanes_, first, kNone);
   chunks_.clear();
@@ -342,7 +354,7 @@ void GroupSolver::make_chunks() {
   for (std::uint32_t colour = 0; colour < efforts_ * colouring_.colours; ++colour) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       // After sorting bucket_ holds the end of each bucket's contacts.
-      const std::uint32_t end = bucket_[colour * kContactKinds + kind];
+      const std::uint32_t end = bucket_[2 * (colour * kContactKinds + kind) + 1];
       std::uint32_t blocks = end > lane ? (end - lane + width - 1) / width : 0;
       while (blocks > 0) {
         const std::uint32_t count = std::min(blocks, block_grain_);

@@ -91,6 +91,9 @@ class GroupSolver final : public jobs::PhaseProgram {
     std::uint32_t manifold;
     ContactKind kind;
     std::uint8_t effort;  // its island's: 2^effort passes instead of one
+    // Manifolds that are likely to need the same of solve_normals lie side by side in blocks. No lane
+    // knows its neighbours: a matter of speed alone.
+    bool loose;
   };
   struct alignas(64) Memory {
     std::byte bytes[64];
@@ -102,6 +105,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_efforts();
   double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
   static std::uint8_t effort_of(double ratio, std::uint32_t contacts);
+  static bool is_loose(const core::Manifold& manifold);
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
                       std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
@@ -164,7 +168,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   Colouring colouring_;
   std::uint32_t efforts_ = 1;          // one more than the highest of the group
   std::vector<std::uint8_t> yields_;   // [islands of the group] joints do not answer contacts
-  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind)] first lane
+  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind, loose)] first lane
   std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> colour_chunks_;  // [(effort, colour) + 1] first chunk
