@@ -256,12 +256,12 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
       clear_contact(pair);
       continue;
     }
+    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
     if (a == ShapeType::box && b == ShapeType::box) {
       add_to_batch(step, known, due[i], scratch);
       continue;
     }
-    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     if (!collide_centered_spheres(step, known, pair)) collide_pair(step, known, pair, scratch);
   }
   flush(step, known, scratch);

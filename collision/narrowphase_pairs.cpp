@@ -76,8 +76,7 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
     // The 1-norm spares a root.
     const V3f w = to_float(step.bodies->motion[body].angular);
     const float rate = (std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z);
-    if (rate == 0) return 0.0f;
-    return rate * reach(step.colliders->rows[collider], step.bodies->mass[body]);
+    return rate * step.colliders->rows[collider].turn_radius;
   };
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
 }
