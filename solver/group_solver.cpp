@@ -259,8 +259,8 @@ std::uint8_t GroupSolver::effort_of(double ratio, std::uint32_t contacts) {
 // Whether some of its four points were free at the end of the last step.
 bool GroupSolver::is_loose(const Manifold& manifold) {
   const float* impulse = manifold.normal_impulse;
-  return manifold.point_count < 4 || std::min(std::min(impulse[0], impulse[1]),
-                                              std::min(impulse[2], impulse[3])) <= 0;
+  return manifold.point_count < 4 ||
+         std::min(std::min(impulse[0], impulse[1]), std::min(impulse[2], impulse[3])) <= 0;
 }
 
 ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
