@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/collision/instruction_sets.h"
 #include "tests/collision/narrowphase_fixture.h"
 
 namespace skerry::test {
@@ -42,7 +43,7 @@ void expect_equal(const core::Manifold& a, const core::Manifold& b) {
   }
 }
 
-TEST(BoxRows, pairs_that_go_together_get_the_manifolds_of_those_that_go_alone) {
+void expect_same_together_and_alone() {
   Random random(31);
   PairScene together, alone;
   std::vector<Motions> motions;
@@ -90,6 +91,13 @@ TEST(BoxRows, pairs_that_go_together_get_the_manifolds_of_those_that_go_alone) {
   }
   EXPECT_GT(lasting, 4 * kPairs);
   EXPECT_GT(parted, 0);
+}
+
+TEST(BoxRows, pairs_that_go_together_get_the_manifolds_of_those_that_go_alone) {
+  on_every_instruction_set([](const std::string& name) {
+    SCOPED_TRACE(name);
+    expect_same_together_and_alone();
+  });
 }
 
 }  // namespace
