@@ -11,6 +11,7 @@
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
+#include "solver/rotation.h"
 #include "solver/solver_scratch.h"
 
 namespace skerry::solver {
@@ -149,10 +150,15 @@ void GroupSolver::assign_rows() {
   body_.resize(row_count_);
   body_[0] = kNone;
   has_locks_ = false;
+  double lightest = 1e300, heaviest = 0;
   for (std::uint32_t row = 1; row < row_count_; ++row) {
     body_[row] = islands.bodies[first_body_ + row - 1];
     has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
   }
+  unequal_masses_ = heaviest >= kHeavyOnLight * lightest;
   for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
   used_kinematics_.clear();
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
@@ -161,7 +167,10 @@ void GroupSolver::assign_rows() {
 // Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
 // first met; all others share row 0.
 std::uint32_t GroupSolver::row_of(BodyIndex body) {
-  const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  return row_in(body == kNone ? kNone : step_->solver->islands.slot[body], body);
+}
+
+std::uint32_t GroupSolver::row_in(std::uint32_t slot, BodyIndex body) {
   if (slot == kNone) return 0;
   if (!(slot & kKinematicSlot)) {
     SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
@@ -190,15 +199,17 @@ void GroupSolver::collect_contacts() {
   has_bounces_ = false;
   bounces_.store(false, std::memory_order_relaxed);
   const ContactRef* refs = islands.contacts.data() + begin;
+  const std::uint32_t* slots = step_->solver->islands.slot.data();
   for (std::uint32_t i = 0; i < count; ++i) {
     const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
     prefetch(table.manifolds[ahead.manifold]);
     prefetch(table.pairs[ahead.pair]);
     const ContactPair& pair = table.pairs[refs[i].pair];
     const Manifold& manifold = table.manifolds[refs[i].manifold];
-    row_a_[i] = row_of(pair.body_a);
-    row_b_[i] = row_of(pair.body_b);
-    const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
+    const std::uint32_t slot_a = slots[pair.body_a], slot_b = slots[pair.body_b];
+    row_a_[i] = row_in(slot_a, pair.body_a);
+    row_b_[i] = row_in(slot_b, pair.body_b);
+    const Vec3 offset = center_in(slot_b, pair.body_b) - center_in(slot_a, pair.body_a);
     contacts_[i] = {{offset.x(), offset.y(), offset.z()},
                     refs[i].manifold,
                     kind_of(manifold, row_a_[i], row_b_[i]),
@@ -216,7 +227,7 @@ void GroupSolver::set_efforts() {
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
     const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
-    const double ratio = heavy_on_light(begin, end);
+    const double ratio = unequal_masses_ ? heavy_on_light(begin, end) : 0;
     const std::uint8_t effort = effort_of(ratio, end - begin);
     yields_.push_back(ratio > kJointsYield);
     for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
@@ -275,11 +286,10 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
   return one ? ContactKind::point1 : ContactKind::points4;
 }
 
-const Vec3& GroupSolver::center_of(BodyIndex body) const {
-  const IslandScratch& islands = step_->solver->islands;
-  const std::uint32_t slot = islands.slot[body];
-  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
-                                                : step_->bodies->pose[body].center;
+const Vec3& GroupSolver::center_in(std::uint32_t slot, BodyIndex body) const {
+  return slot != kNone && slot & kKinematicSlot
+             ? step_->solver->islands.kinematics[slot & ~kKinematicSlot].center
+             : step_->bodies->pose[body].center;
 }
 
 void GroupSolver::set_constants() {
@@ -862,21 +872,10 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const Outlook& outlook = outlook_[row];
   const DeltaRow& delta = delta_[row];
 
-  BodyPose next;
-  next.center = pose.center + to_double(delta.translation);
-  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
-                  double(delta.rotation.z));
-  next.orientation = Quat(turn * pose.orientation).normalized();
-
-  const bool round = (flags & kIsotropic) && !(flags & kLockMask);
-  const auto to_angular = [&](const Vec3& momentum, const Quat& q) -> Vec3 {
-    if (round) return momentum * mass.inv_inertia_b(0, 0);
-    return inv_inertia_w(mass, q, flags) * momentum;
-  };
+  const Vec3 spin = to_double(velocity_[row].angular);
   BodyMotion after;
   if (outlook.from_rows) {
     after.linear = to_double(velocity_[row].linear);
-    after.angular = to_double(velocity_[row].angular);
   } else {
     after.linear =
         outlook.linear +
@@ -885,24 +884,32 @@ void GroupSolver::finish_body(std::uint32_t row) {
     after.angular_momentum =
         outlook.angular_momentum +
         Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
-    after.angular = to_angular(after.angular_momentum, next.orientation);
   }
 
+  BodyPose next;
+  next.center = pose.center + to_double(delta.translation);
+  Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+            double(delta.rotation.z));
   // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
   // back where the change is the work of forces; an impact's place is exact as it is.
   const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
-  const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
-  const double limit = static_cast<double>(outlook.smooth_change);
-  if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
+  const Vec3 turn_change = ledger.held.free_turn(spin - motion.angular);
+  const double limit = static_cast<double>(outlook.smooth_change), square = limit * limit;
+  if (!ledger.impact && change.squaredNorm() <= square &&
+      turn_change.squaredNorm() * (mass.radius * mass.radius) <= square) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
     next.center -= half * change;
     const Vec3 back = -0.5 * half * turn_change;
-    next.orientation = Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
-    if (!outlook.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
+    turn = Quat(1, back.x(), back.y(), back.z()) * turn;
   }
+  next.orientation = Quat(turn * pose.orientation).normalized();
+  after.angular = outlook.from_rows
+                      ? spin
+                      : angular_velocity(mass, flags, next.orientation, after.angular_momentum);
   if (outlook.from_rows) {
-    after.angular_momentum = round ? Vec3(after.angular * mass.inertia_b(0, 0))
-                                   : Vec3(inertia_w(mass, next.orientation) * after.angular);
+    after.angular_momentum = flags & kIsotropic
+                                 ? Vec3(after.angular * mass.inertia_b(0, 0))
+                                 : Vec3(inertia_w(mass, next.orientation) * after.angular);
   } else if (flags & (kLockRx | kLockRy | kLockRz)) {
     after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
   }

@@ -109,7 +109,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
                       std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
-  const Vec3& center_of(core::BodyIndex body) const;
+  // The same and the centre, of a body whose slot in IslandScratch is known.
+  std::uint32_t row_in(std::uint32_t slot, core::BodyIndex body);
+  const Vec3& center_in(std::uint32_t slot, core::BodyIndex body) const;
   void bucket_contacts();
   void make_chunks();
   void list_phases();
@@ -147,6 +149,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false, has_locks_ = false;
+  bool unequal_masses_ = false;        // some body is kHeavyOnLight times as heavy as another
   std::atomic<bool> bounces_ = false;  // in this step; has_bounces_: their materials would
   // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
   float carry_part_ = 0, stand_part_ = 0;
