@@ -7,6 +7,7 @@
 #include "core/assert.h"
 #include "core/growth.h"
 #include "core/rounding.h"
+#include "jobs/blocks.h"
 #include "solver/effect_watch.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
@@ -22,6 +23,7 @@ using namespace core;
 constexpr std::uint32_t kWideLaneGrain = 128;  // manifolds per task of a wide island: about 1 us
 constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
 constexpr std::uint32_t kWideJointGrain = 64;  // joints per task
+constexpr std::uint32_t kCollectGrain = 1024;  // contacts per task
 constexpr std::uint32_t kUnbounded = 0x7fffffff;
 
 // Slower meetings count as resting: what they displace at substep resolution is far below a
@@ -131,7 +133,7 @@ Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
 }  // namespace
 
 void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
-                        const ContactKernels& kernels) {
+                        const ContactKernels& kernels, jobs::Task& task) {
   step_ = &step;
   group_ = group;
   kernels_ = &kernels;
@@ -139,7 +141,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   block_grain_ = wide ? kWideLaneGrain / kernels.width : kUnbounded;
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
-  collect_contacts();
+  collect(task);
   set_efforts();
   set_constants();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
@@ -173,61 +175,88 @@ void GroupSolver::assign_rows() {
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
 }
 
-// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
-// first met; all others share row 0.
 std::uint32_t GroupSolver::row_of(BodyIndex body) {
-  return row_in(body == kNone ? kNone : step_->solver->islands.slot[body], body);
+  const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  const std::uint32_t row = row_in(slot);
+  return row == kNone ? seat(slot & ~kKinematicSlot, body) : row;
 }
 
-std::uint32_t GroupSolver::row_in(std::uint32_t slot, BodyIndex body) {
+// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
+// first met (kNone until then); all others share row 0.
+std::uint32_t GroupSolver::row_in(std::uint32_t slot) const {
   if (slot == kNone) return 0;
   if (!(slot & kKinematicSlot)) {
     SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
     return slot - first_body_ + 1;
   }
-  const std::uint32_t kinematic = slot & ~kKinematicSlot;
-  if (kinematic_row_[kinematic] == 0) {
-    kinematic_row_[kinematic] = row_count_++;
-    used_kinematics_.push_back(kinematic);
-    body_.push_back(body);
-  }
+  const std::uint32_t row = kinematic_row_[slot & ~kKinematicSlot];
+  return row == 0 ? kNone : row;
+}
+
+std::uint32_t GroupSolver::seat(std::uint32_t kinematic, BodyIndex body) {
+  kinematic_row_[kinematic] = row_count_++;
+  used_kinematics_.push_back(kinematic);
+  body_.push_back(body);
   return kinematic_row_[kinematic];
 }
 
-void GroupSolver::collect_contacts() {
+void GroupSolver::collect(jobs::Task& task) {
   const Islands& islands = *step_->islands;
-  const ContactTable& table = *step_->contacts;
   const Island& first = islands.islands[group_.first];
   const Island& last = islands.islands[group_.first + group_.count - 1];
-  const std::uint32_t begin = first.first_contact;
-  const std::uint32_t count = last.first_contact + last.contact_count - begin;
-  grow(contacts_, count);
-  grow(row_a_, count);
-  grow(row_b_, count);
-  contact_count_ = count;
-  has_bounces_ = false;
+  first_contact_ = first.first_contact;
+  contact_count_ = last.first_contact + last.contact_count - first_contact_;
+  grow(contacts_, contact_count_);
+  grow(row_a_, contact_count_);
+  grow(row_b_, contact_count_);
   bounces_.store(false, std::memory_order_relaxed);
-  const ContactRef* refs = islands.contacts.data() + begin;
+  has_bounces_.store(false, std::memory_order_relaxed);
+  meets_kinematics_.store(false, std::memory_order_relaxed);
+  const std::uint32_t grain = group_.kind == GroupKind::wide ? kCollectGrain : kUnbounded;
+  jobs::run_blocks(task, contact_count_ == 0 ? 0 : (contact_count_ - 1) / grain + 1,
+                   [&](std::uint32_t block, std::uint32_t) {
+                     const std::uint32_t begin = block * grain;
+                     collect_contacts(begin, begin + std::min(grain, contact_count_ - begin));
+                   });
+  if (meets_kinematics_.load(std::memory_order_relaxed)) seat_kinematics();
+  joints_.collect(*step_, group_.first, group_.count,
+                  [this](BodyIndex body) { return row_of(body); });
+}
+
+void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
+  const ContactTable& table = *step_->contacts;
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
   const std::uint32_t* slots = step_->solver->islands.slot.data();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
+  bool bounces = false, kinematics = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const ContactRef ahead = refs[std::min(i + kPrefetch, contact_count_ - 1)];
     prefetch(table.manifolds[ahead.manifold]);
     prefetch(table.pairs[ahead.pair]);
     const ContactPair& pair = table.pairs[refs[i].pair];
     const Manifold& manifold = table.manifolds[refs[i].manifold];
     const std::uint32_t slot_a = slots[pair.body_a], slot_b = slots[pair.body_b];
-    row_a_[i] = row_in(slot_a, pair.body_a);
-    row_b_[i] = row_in(slot_b, pair.body_b);
+    row_a_[i] = row_in(slot_a);
+    row_b_[i] = row_in(slot_b);
     const Vec3 offset = center_in(slot_b, pair.body_b) - center_in(slot_a, pair.body_a);
     contacts_[i] = {{offset.x(), offset.y(), offset.z()},
                     refs[i].manifold,
                     kind_of(manifold, row_a_[i], row_b_[i]),
                     0,
                     is_loose(manifold)};
-    has_bounces_ = has_bounces_ || manifold.restitution > 0;
+    bounces = bounces || manifold.restitution > 0;
+    kinematics = kinematics || row_a_[i] == kNone || row_b_[i] == kNone;
   }
-  joints_.collect(*step_, group_.first, group_.count,
-                  [this](BodyIndex body) { return row_of(body); });
+  if (bounces) has_bounces_.store(true, std::memory_order_relaxed);
+  if (kinematics) meets_kinematics_.store(true, std::memory_order_relaxed);
+}
+
+void GroupSolver::seat_kinematics() {
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
+  for (std::uint32_t i = 0; i < contact_count_; ++i) {
+    const ContactPair& pair = step_->contacts->pairs[refs[i].pair];
+    if (row_a_[i] == kNone) row_a_[i] = row_of(pair.body_a);
+    if (row_b_[i] == kNone) row_b_[i] = row_of(pair.body_b);
+  }
 }
 
 void GroupSolver::set_efforts() {
@@ -447,14 +476,14 @@ void GroupSolver::list_phases() {
     add_phase(Op::close_velocities);
     add_joint_colours(Op::close_joints);
   }
-  if (has_bounces_ && joints_.empty()) {
+  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_colours(Op::count_pushes);
     for (int i = 0; i < kStrikePasses; ++i) add_colours(Op::strike);
     add_colours(Op::take_back);
     add_phase(Op::rebalance);
     for (int i = 0; i < kReflectPasses; ++i) add_colours(Op::reflect);
   }
-  if (has_bounces_) add_colours(Op::restitute);
+  if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
   add_colours(Op::store);
   add_phase(Op::store_joints);
   add_phase(Op::finish);
