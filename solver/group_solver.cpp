@@ -423,8 +423,6 @@ void GroupSolver::add_phase(Op op) {
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
       op == Op::close_velocities || op == Op::rebalance) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
-  } else if (op == Op::prepare) {
-    blocks = static_cast<std::uint32_t>(chunks_.size());
   } else if (op == Op::prepare_joints || op == Op::store_joints) {
     blocks = joints_.chunks();
   }
@@ -455,7 +453,6 @@ void GroupSolver::list_phases() {
   phases_.clear();
   substep_ = 0;
   add_phase(Op::gather);
-  add_phase(Op::prepare);
   add_phase(Op::prepare_joints);
   const auto substeps = static_cast<std::uint32_t>(step_->settings->solver.substeps);
   for (; substep_ < substeps; ++substep_) {
@@ -464,7 +461,8 @@ void GroupSolver::list_phases() {
     const bool repeats = substep_ > 0 && joints_.empty();
     add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
     add_joint_colours(Op::warm_start_joints);
-    if (!repeats) add_colours(Op::warm_start);
+    // A block is written by the worker that will work on it: both go by colours.
+    if (!repeats) add_colours(substep_ == 0 ? Op::prepare_and_start : Op::warm_start);
     add_joint_colours(Op::solve_joints);
     add_colours(Op::solve);
     if (contact_count_ > 0) add_joint_colours(Op::answer_joints);
@@ -540,8 +538,9 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = block_memory() + chunk.memory;
   switch (phase.op) {
-    case Op::prepare:
-      return prepare_chunk(chunk);
+    case Op::prepare_and_start:
+      prepare_chunk(chunk);
+      return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::warm_start:
       return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::solve:

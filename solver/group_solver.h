@@ -35,10 +35,10 @@ class GroupSolver final : public jobs::PhaseProgram {
  private:
   enum class Op : std::uint8_t {
     gather,
-    prepare,
     prepare_joints,
     integrate_velocities,
     integrate_and_repeat,
+    prepare_and_start,
     warm_start,
     warm_start_joints,
     solve,
