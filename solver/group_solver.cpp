@@ -32,12 +32,7 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // (docs/decisions/0007).
 constexpr double kStiffest = 0.175;  // contact_hertz times h
 
-// A contact gives way to what its load differs from what it has come to carry: enough to damp the slow
-// waves of tall piles, which warm starting alone leaves ringing. It comes to carry half of a load soon.
-// The other half would never come to an end where bodies lie on each other in loops, which do not fit
-// exactly: the pile would creep. Bodies that were placed on each other come to carry it too, so slowly
-// that it feeds no wave: they stay where they were put (docs/decisions/0023).
-constexpr float kCarriedShare = 0.5f;
+// Time in which contacts come to carry a load, and to bear it for good: so slowly that it feeds no wave.
 constexpr double kCarryTime = 1.5;  // s
 constexpr double kStandTime = 10;   // s
 
@@ -131,6 +126,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   assign_rows();
   collect_contacts();
   set_efforts();
+  set_standing_loads();
   set_constants();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
@@ -187,7 +183,7 @@ void GroupSolver::collect_contacts() {
   grow(row_a_, count);
   grow(row_b_, count);
   contact_count_ = count;
-  has_bounces_ = false;
+  has_bounces_ = has_placed_ = false;
   bounces_.store(false, std::memory_order_relaxed);
   const ContactRef* refs = islands.contacts.data() + begin;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -204,6 +200,7 @@ void GroupSolver::collect_contacts() {
                     kind_of(manifold, row_a_[i], row_b_[i]),
                     0};
     has_bounces_ = has_bounces_ || manifold.restitution > 0;
+    has_placed_ = has_placed_ || manifold.begins;
   }
   joints_.collect(*step_, group_.first, group_.count,
                   [this](BodyIndex body) { return row_of(body); });
@@ -222,6 +219,55 @@ void GroupSolver::set_efforts() {
     efforts_ = std::max(efforts_, effort + 1u);
     begin = end;
   }
+}
+
+// What was put on each other in this step begins with the loads of statics, joints aside.
+void GroupSolver::set_standing_loads() {
+  const Vec3& gravity = step_->settings->gravity;
+  if (!has_placed_ || !(gravity.norm() > 0)) return;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  std::uint32_t begin = 0;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = step_->islands->islands[group_.first + i];
+    const std::uint32_t end = begin + island.contact_count;
+    if (island.joint_count == 0) {
+      standing_loads_.begin(row_count_, gravity, h);
+      add_standing_bodies(island);
+      for (std::uint32_t k = begin; k < end; ++k) add_support(k);
+      standing_loads_.share();
+    }
+    begin = end;
+  }
+}
+
+void GroupSolver::add_standing_bodies(const Island& island) {
+  const Bodies& bodies = *step_->bodies;
+  const double gravity = step_->settings->gravity.norm();
+  for (std::uint32_t k = 0; k < island.body_count; ++k) {
+    const std::uint32_t row = island.first_body + k - first_body_ + 1;
+    const core::BodyMass& mass = bodies.mass[body_[row]];
+    standing_loads_.add_body(row, mass.mass * mass.gravity_scale * gravity);
+  }
+}
+
+// Locks bear what they are given.
+void GroupSolver::add_support(std::uint32_t index) {
+  const Bodies& bodies = *step_->bodies;
+  const Vec3& gravity = step_->settings->gravity;
+  Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
+  const double down = gravity.dot(to_double(manifold.normal));  // positive: b lies below a
+  if (std::abs(down) <= kRestsOn * gravity.norm()) return;
+  const bool a_rests = down > 0;
+  const std::uint32_t above = a_rests ? row_a_[index] : row_b_[index];
+  const std::uint32_t below = a_rests ? row_b_[index] : row_a_[index];
+  if (above - 1 >= body_count_ || (bodies.flags[body_[above]] & kLockMask) != 0) return;
+  const bool yields = below - 1 < body_count_ && (bodies.flags[body_[below]] & kLockMask) == 0;
+  const double* o = contacts_[index].offset;
+  const Vec3 from_a = Vec3::Zero(), from_b = -Vec3(o[0], o[1], o[2]);
+  standing_loads_.add({above,
+                       yields ? below : StandingLoads::kGround,
+                       &manifold,
+                       {a_rests ? from_a : from_b, a_rests ? from_b : from_a}});
 }
 
 // How many times heavier than the lightest the heaviest of those bodies is that rest on a lighter one;
@@ -733,10 +779,12 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
 
 // `load`: N s of a mean point in a substep.
 void GroupSolver::carry(Manifold& manifold, float load) const {
-  if (manifold.placed)
-    manifold.standing_impulse += stand_part_ * (load - manifold.standing_impulse);
-  const float usual =
-      manifold.standing_impulse + kCarriedShare * (load - manifold.standing_impulse);
+  manifold.begins = false;
+  if (manifold.placed) {
+    const float change = kStandingShare * load - manifold.standing_impulse;
+    manifold.standing_impulse += (change < 0 ? carry_part_ : stand_part_) * change;
+  }
+  const float usual = carried_of(load, manifold.standing_impulse);
   manifold.carried_impulse += carry_part_ * (usual - manifold.carried_impulse);
 }
 

@@ -16,6 +16,7 @@
 #include "solver/held_directions.h"
 #include "solver/joint_solver.h"
 #include "solver/solver_body.h"
+#include "solver/standing_loads.h"
 
 namespace skerry::solver {
 
@@ -100,6 +101,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   void assign_rows();
   void collect_contacts();
   void set_efforts();
+  void set_standing_loads();
+  void add_standing_bodies(const core::Island& island);
+  void add_support(std::uint32_t contact);
   double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
   static std::uint8_t effort_of(double ratio, std::uint32_t contacts);
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
@@ -143,6 +147,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_bounces_ = false, has_locks_ = false;
+  bool has_placed_ = false;            // contacts that begin in this step with their bodies at rest
   std::atomic<bool> bounces_ = false;  // in this step; has_bounces_: their materials would
   // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
   float carry_part_ = 0, stand_part_ = 0;
@@ -160,6 +165,7 @@ class GroupSolver final : public jobs::PhaseProgram {
 
   std::uint32_t contact_count_ = 0;
   std::vector<Contact> contacts_;
+  StandingLoads standing_loads_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
   std::uint32_t efforts_ = 1;          // one more than the highest of the group

@@ -385,8 +385,9 @@ TEST(Analytic, halving_the_step_halves_the_error_of_a_ball_that_begins_to_roll) 
     const double slides = 2 * 4 / (7 * 0.3 * kG);
     const double truth = 4 * slides - 0.5 * 0.3 * kG * slides * slides + 20 / 7.0 * (1 - slides);
     errors[k] = std::abs(world.pose(ball).position.x() - start - truth);
+    EXPECT_LT(errors[k], 1e-3);
   }
-  expect_order(errors, 0.9, 1e-6);
+  expect_order(errors, 0.9, 5e-6);
 }
 
 TEST(Analytic, halving_the_step_quarters_the_error_of_flight_through_drag) {
@@ -432,17 +433,37 @@ std::vector<BodyId> add_column(World& world, int height, double density = 1000) 
   return boxes;
 }
 
-// A12. A stack of ten at rest neither sinks nor drifts.
+// A12. A stack of ten at rest neither sinks nor drifts, at no time.
 TEST_P(BothSteps, a_stack_of_ten_stands_still_for_a_minute) {
   World world({.sleep = {.enabled = false}});
   add_floor(world);
   const std::vector<BodyId> boxes = add_column(world, 10);
-  run(world, 60);
-  for (int i = 0; i < 10; ++i) {
-    const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
-    EXPECT_LT((at - Vec3(0, 0.5 + i, 0)).norm(), 1e-3) << i;
+  double farthest = 0;
+  for (int n = steps(60); n > 0; --n) {
+    world.step(dt());
+    for (int i = 0; i < 10; ++i) {
+      const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
+      farthest = std::max(farthest, (at - Vec3(0, 0.5 + i, 0)).norm());
+    }
   }
+  EXPECT_LT(farthest, 1e-3);
   EXPECT_LT(world.measure().kinetic_energy, 1e-3);
+}
+
+// Half of a stack is taken away: what is left neither jumps nor trembles.
+TEST_P(BothSteps, a_stack_stays_when_its_upper_half_is_taken_away) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  const std::vector<BodyId> boxes = add_column(world, 20);
+  run(world, 2);
+  for (std::size_t i = 10; i < 20; ++i) world.remove_body(boxes[i]);
+  double highest = 0;
+  for (int n = steps(20); n > 0; --n) {
+    world.step(dt());
+    highest = std::max(highest, world.pose(boxes[9]).position.y());
+  }
+  EXPECT_LT(highest, 9.505);
+  EXPECT_LT(world.measure().kinetic_energy, 1e-4);
 }
 
 // What is symmetric has no side to lean to.
