@@ -135,6 +135,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
+  const ContactPass& relax_pass(const Phase& phase) const;
   static bool is_bounce(Op op);
   void take_back_chunk(const Chunk& chunk);
   void rebalance_rows(std::uint32_t begin, std::uint32_t end);
@@ -142,7 +143,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_, unbooked_pass_;
+  ContactPass pass_, unbooked_pass_, last_pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
