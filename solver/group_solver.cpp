@@ -38,8 +38,9 @@ constexpr double kStandTime = 10;   // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
-// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
-constexpr double kSoftLoad = 1200;  // m/s^2
+// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2, of which they
+// come to carry half at least.
+constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
