@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "collision/box_batch.h"
+#include "collision/box_rows.h"
 #include "collision/narrowphase_kernels.h"
 #include "collision/narrowphase_mesh.h"
 #include "collision/narrowphase_pairs.h"
 #include "core/assert.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
@@ -20,8 +23,9 @@ namespace {
 // What one worker needs; a cache line apart from the next worker's.
 struct alignas(64) WorkerScratch {
   BoxBatch batch;
-  std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
-  std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
+  BoxRows box_rows;
+  std::array<std::uint32_t, BoxBatch::kSize> rows;  // of the batch, in ContactTable::pairs
+  std::array<PairFrame, BoxBatch::kSize> frames;    // of those that go one by one
   int batched = 0;
   std::vector<std::uint32_t> due;  // room for find_due
   MeshScratch mesh;
@@ -153,6 +157,8 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
 
 // -- Box against box, sixteen pairs at a time.
 
+constexpr float kSlowMargin = 2 * kSpeculativeDistance;  // see pair_frame
+
 void put(float (&row)[BoxBatch::kSize], int lane, float value) { row[lane] = value; }
 
 void put(BoxBatch& batch, int first_row, int lane, const V3f& v) {
@@ -165,9 +171,29 @@ void put(BoxBatch& batch, int first_row, int lane, const core::Q4f& q) {
   put(batch.in[first_row + 3], lane, q.w);
 }
 
+// Rows as BoxRows has them.
+static_assert(sizeof(core::BodyPose) == 7 * sizeof(double) &&
+              offsetof(core::BodyPose, orientation) == 3 * sizeof(double) &&
+              offsetof(core::BodyMotion, angular) == 3 * sizeof(double));
+
+void address(const StepContext& step, const ContactPair& pair, BoxRows& rows, int lane) {
+  const core::Bodies& bodies = *step.bodies;
+  const core::Collider& a = step.colliders->rows[pair.a];
+  const core::Collider& b = step.colliders->rows[pair.b];
+  rows.pose_a[lane] = bodies.pose[pair.body_a].center.data();
+  rows.pose_b[lane] = bodies.pose[pair.body_b].center.data();
+  rows.motion_a[lane] = bodies.motion[pair.body_a].linear.data();
+  rows.motion_b[lane] = bodies.motion[pair.body_b].linear.data();
+  rows.size_a[lane] = &a.size.x;
+  rows.size_b[lane] = &b.size.x;
+  rows.turn_radius_a[lane] = a.turn_radius;
+  rows.turn_radius_b[lane] = b.turn_radius;
+}
+
 // The kernel's origin is the centre of box a, not that of its body.
-void gather(const StepContext& step, const ContactPair& pair, const PairFrame& frame,
-            BoxBatch& batch, int lane) {
+void gather(const StepContext& step, const ContactPair& pair, PairFrame& frame, BoxBatch& batch,
+            int lane) {
+  pair_frame(step, pair, pair_approach(step, pair), frame);
   put(batch, BoxBatch::kDx, lane, frame.center_b - frame.center_a);
   put(batch, BoxBatch::kQax, lane, frame.rotation_a);
   put(batch, BoxBatch::kQbx, lane, frame.rotation_b);
@@ -178,7 +204,6 @@ void gather(const StepContext& step, const ContactPair& pair, const PairFrame& f
   put(batch.in[BoxBatch::kDt], lane, frame.dt);
   put(batch.in[BoxBatch::kSlop], lane, frame.slop);
   put(batch.in[BoxBatch::kMargin], lane, frame.margin);
-  put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair.cache));
 }
 
 void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
@@ -199,32 +224,75 @@ void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair
     patch.points[patch.count++] = {position + frame.center_a, out(row + BoxBatch::kSeparation),
                                    static_cast<std::uint32_t>(feature)};
   }
-  pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
   drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, triangles, patches);
   store(step, known, pair, patches, frame.linear, frame.angular, out(BoxBatch::kApart));
 }
 
+// Inputs of all lanes, those of a short batch's last ones those of the first. Lanes whose pairs lie as
+// their bodies do go together; returns those of them that are not fast.
+std::uint32_t gather_batch(const StepContext& step, WorkerScratch& scratch) {
+  BoxBatch& batch = scratch.batch;
+  const auto pair_of = [&](int lane) -> const ContactPair& {
+    return step.contacts->pairs[scratch.rows[lane < scratch.batched ? lane : 0]];
+  };
+  for (int lane = 0; lane < BoxBatch::kSize; ++lane) {
+    address(step, pair_of(lane), scratch.box_rows, lane);
+    put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair_of(lane).cache));
+  }
+  const bool together = place_boxes(scratch.box_rows, core::rounded_to_float(step.dt), batch);
+  std::uint32_t slow = 0;
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    const ContactPair& pair = pair_of(lane);
+    const bool plain = together && !(pair.flags & core::kSensorPair) && in_place(step, pair);
+    if (plain && batch.in[BoxBatch::kMargin][lane] <= kSlowMargin)
+      slow |= 1u << lane;
+    else
+      gather(step, pair, scratch.frames[lane], batch, lane);
+  }
+  return slow;
+}
+
+// What scatter needs of the frame of a pair that lies as its bodies do and is not fast.
+PairFrame frame_of(const BoxBatch& batch, int lane) {
+  const auto in = [&](int row) { return batch.in[row][lane]; };
+  PairFrame frame;
+  frame.center_a = {0, 0, 0};
+  frame.linear = {in(BoxBatch::kVx), in(BoxBatch::kVy), in(BoxBatch::kVz)};
+  frame.angular = {in(BoxBatch::kWx), in(BoxBatch::kWy), in(BoxBatch::kWz)};
+  frame.touch = kNoTouch;
+  return frame;
+}
+
 void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scratch) {
   if (scratch.batched == 0) return;
-  // The last lanes of a short batch: any pair will do.
-  for (auto& row : scratch.batch.in)
-    std::fill(row + scratch.batched, row + BoxBatch::kSize, row[0]);
+  const std::uint32_t slow = gather_batch(step, scratch);
+  const BoxBatch& batch = scratch.batch;
   collide_boxes(scratch.batch, scratch.batched);
-  for (int lane = 0; lane < scratch.batched; ++lane)
-    scatter(step, known, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane],
-            scratch.batch, lane, scratch.triangles);
+  std::uint32_t lasting = 0;
+  float* manifold[BoxBatch::kSize];
+  for (int lane = 0; lane < BoxBatch::kSize; ++lane) {
+    ContactPair& pair = step.contacts->pairs[scratch.rows[lane < scratch.batched ? lane : 0]];
+    manifold[lane] = reinterpret_cast<float*>(&step.contacts->manifolds[pair.first_manifold]);
+    if (lane >= scratch.batched) continue;
+    pair.cache = static_cast<std::uint32_t>(batch.out[BoxBatch::kKindOut][lane]);
+    if (pair.manifold_count == 1) lasting |= 1u << lane;
+  }
+  const std::uint32_t stored = store_boxes(batch, lasting & slow, manifold);
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    if (stored >> lane & 1) continue;
+    ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
+    PairFrame& frame = scratch.frames[lane];
+    if (slow >> lane & 1) frame = frame_of(batch, lane);
+    scatter(step, known, pair, frame, batch, lane, scratch.triangles);
+  }
   scratch.batched = 0;
 }
 
 void add_to_batch(const StepContext& step, const ApartPairs& known, std::uint32_t row,
                   WorkerScratch& scratch) {
-  const int lane = scratch.batched++;
+  scratch.rows[scratch.batched++] = row;
   const ContactPair& pair = step.contacts->pairs[row];
-  scratch.rows[lane] = row;
-  pair_frame(step, pair, pair_approach(step, pair), scratch.frames[lane]);
-  // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
-  gather(step, pair, scratch.frames[lane], scratch.batch, lane);
   if (scratch.batched == BoxBatch::kSize) flush(step, known, scratch);
 }
 
@@ -256,12 +324,12 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
       clear_contact(pair);
       continue;
     }
+    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
     if (a == ShapeType::box && b == ShapeType::box) {
       add_to_batch(step, known, due[i], scratch);
       continue;
     }
-    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     if (!collide_centered_spheres(step, known, pair)) collide_pair(step, known, pair, scratch);
   }
   flush(step, known, scratch);

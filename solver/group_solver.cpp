@@ -7,10 +7,12 @@
 #include "core/assert.h"
 #include "core/growth.h"
 #include "core/rounding.h"
+#include "jobs/blocks.h"
 #include "solver/effect_watch.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
+#include "solver/rotation.h"
 #include "solver/solver_scratch.h"
 
 namespace skerry::solver {
@@ -21,6 +23,7 @@ using namespace core;
 constexpr std::uint32_t kWideLaneGrain = 128;  // manifolds per task of a wide island: about 1 us
 constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
 constexpr std::uint32_t kWideJointGrain = 64;  // joints per task
+constexpr std::uint32_t kCollectGrain = 1024;  // contacts per task
 constexpr std::uint32_t kUnbounded = 0x7fffffff;
 
 // Slower meetings count as resting: what they displace at substep resolution is far below a
@@ -110,6 +113,15 @@ void accept(Bodies& bodies, BodyIndex index, const BodyPose& pose, const BodyMot
   }
 }
 
+// Of a quaternion that is a unit one but for what a step's rounding and a small turn add. To third order,
+// which is below rounding, without a root and a division.
+Quat made_unit(Quat q) {
+  const double excess = q.squaredNorm() - 1;
+  if (std::fabs(excess) > 1e-5) return q.normalized();
+  q.coeffs() *= 1 - 0.5 * excess + 0.375 * excess * excess;
+  return q;
+}
+
 // Clears the components along locked axes; `first_lock` is kLockX or kLockRx.
 Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
   for (int k = 0; k < 3; ++k) {
@@ -121,7 +133,7 @@ Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
 }  // namespace
 
 void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
-                        const ContactKernels& kernels) {
+                        const ContactKernels& kernels, jobs::Task& task) {
   step_ = &step;
   group_ = group;
   kernels_ = &kernels;
@@ -129,7 +141,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   block_grain_ = wide ? kWideLaneGrain / kernels.width : kUnbounded;
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
-  collect_contacts();
+  collect(task);
   set_efforts();
   set_standing_loads();
   set_constants();
@@ -150,65 +162,105 @@ void GroupSolver::assign_rows() {
   body_.resize(row_count_);
   body_[0] = kNone;
   has_locks_ = false;
+  double lightest = 1e300, heaviest = 0;
   for (std::uint32_t row = 1; row < row_count_; ++row) {
     body_[row] = islands.bodies[first_body_ + row - 1];
     has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
   }
+  unequal_masses_ = heaviest >= kHeavyOnLight * lightest;
   for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
   used_kinematics_.clear();
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
 }
 
-// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
-// first met; all others share row 0.
 std::uint32_t GroupSolver::row_of(BodyIndex body) {
   const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  const std::uint32_t row = row_in(slot);
+  return row == kNone ? seat(slot & ~kKinematicSlot, body) : row;
+}
+
+// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
+// first met (kNone until then); all others share row 0.
+std::uint32_t GroupSolver::row_in(std::uint32_t slot) const {
   if (slot == kNone) return 0;
   if (!(slot & kKinematicSlot)) {
     SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
     return slot - first_body_ + 1;
   }
-  const std::uint32_t kinematic = slot & ~kKinematicSlot;
-  if (kinematic_row_[kinematic] == 0) {
-    kinematic_row_[kinematic] = row_count_++;
-    used_kinematics_.push_back(kinematic);
-    body_.push_back(body);
-  }
+  const std::uint32_t row = kinematic_row_[slot & ~kKinematicSlot];
+  return row == 0 ? kNone : row;
+}
+
+std::uint32_t GroupSolver::seat(std::uint32_t kinematic, BodyIndex body) {
+  kinematic_row_[kinematic] = row_count_++;
+  used_kinematics_.push_back(kinematic);
+  body_.push_back(body);
   return kinematic_row_[kinematic];
 }
 
-void GroupSolver::collect_contacts() {
+void GroupSolver::collect(jobs::Task& task) {
   const Islands& islands = *step_->islands;
-  const ContactTable& table = *step_->contacts;
   const Island& first = islands.islands[group_.first];
   const Island& last = islands.islands[group_.first + group_.count - 1];
-  const std::uint32_t begin = first.first_contact;
-  const std::uint32_t count = last.first_contact + last.contact_count - begin;
-  grow(contacts_, count);
-  grow(row_a_, count);
-  grow(row_b_, count);
-  contact_count_ = count;
-  has_bounces_ = has_placed_ = false;
+  first_contact_ = first.first_contact;
+  contact_count_ = last.first_contact + last.contact_count - first_contact_;
+  grow(contacts_, contact_count_);
+  grow(row_a_, contact_count_);
+  grow(row_b_, contact_count_);
   bounces_.store(false, std::memory_order_relaxed);
-  const ContactRef* refs = islands.contacts.data() + begin;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
+  has_bounces_.store(false, std::memory_order_relaxed);
+  has_placed_.store(false, std::memory_order_relaxed);
+  meets_kinematics_.store(false, std::memory_order_relaxed);
+  const std::uint32_t grain = group_.kind == GroupKind::wide ? kCollectGrain : kUnbounded;
+  jobs::run_blocks(task, contact_count_ == 0 ? 0 : (contact_count_ - 1) / grain + 1,
+                   [&](std::uint32_t block, std::uint32_t) {
+                     const std::uint32_t begin = block * grain;
+                     collect_contacts(begin, begin + std::min(grain, contact_count_ - begin));
+                   });
+  if (meets_kinematics_.load(std::memory_order_relaxed)) seat_kinematics();
+  joints_.collect(*step_, group_.first, group_.count,
+                  [this](BodyIndex body) { return row_of(body); });
+}
+
+void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
+  const ContactTable& table = *step_->contacts;
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
+  const std::uint32_t* slots = step_->solver->islands.slot.data();
+  bool bounces = false, placed = false, kinematics = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const ContactRef ahead = refs[std::min(i + kPrefetch, contact_count_ - 1)];
     prefetch(table.manifolds[ahead.manifold]);
     prefetch(table.pairs[ahead.pair]);
     const ContactPair& pair = table.pairs[refs[i].pair];
     const Manifold& manifold = table.manifolds[refs[i].manifold];
-    row_a_[i] = row_of(pair.body_a);
-    row_b_[i] = row_of(pair.body_b);
-    const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
+    const std::uint32_t slot_a = slots[pair.body_a], slot_b = slots[pair.body_b];
+    row_a_[i] = row_in(slot_a);
+    row_b_[i] = row_in(slot_b);
+    const Vec3 offset = center_in(slot_b, pair.body_b) - center_in(slot_a, pair.body_a);
     contacts_[i] = {{offset.x(), offset.y(), offset.z()},
                     refs[i].manifold,
                     kind_of(manifold, row_a_[i], row_b_[i]),
-                    0};
-    has_bounces_ = has_bounces_ || manifold.restitution > 0;
-    has_placed_ = has_placed_ || manifold.begins;
+                    0,
+                    is_loose(manifold)};
+    bounces = bounces || manifold.restitution > 0;
+    placed = placed || manifold.begins;
+    kinematics = kinematics || row_a_[i] == kNone || row_b_[i] == kNone;
   }
-  joints_.collect(*step_, group_.first, group_.count,
-                  [this](BodyIndex body) { return row_of(body); });
+  if (bounces) has_bounces_.store(true, std::memory_order_relaxed);
+  if (placed) has_placed_.store(true, std::memory_order_relaxed);
+  if (kinematics) meets_kinematics_.store(true, std::memory_order_relaxed);
+}
+
+void GroupSolver::seat_kinematics() {
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
+  for (std::uint32_t i = 0; i < contact_count_; ++i) {
+    const ContactPair& pair = step_->contacts->pairs[refs[i].pair];
+    if (row_a_[i] == kNone) row_a_[i] = row_of(pair.body_a);
+    if (row_b_[i] == kNone) row_b_[i] = row_of(pair.body_b);
+  }
 }
 
 void GroupSolver::set_efforts() {
@@ -217,7 +269,7 @@ void GroupSolver::set_efforts() {
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
     const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
-    const double ratio = heavy_on_light(begin, end);
+    const double ratio = unequal_masses_ ? heavy_on_light(begin, end) : 0;
     const std::uint8_t effort = effort_of(ratio, end - begin);
     yields_.push_back(ratio > kJointsYield);
     for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
@@ -229,7 +281,7 @@ void GroupSolver::set_efforts() {
 // What was put on each other in this step begins with the loads of statics, joints aside.
 void GroupSolver::set_standing_loads() {
   const Vec3& gravity = step_->settings->gravity;
-  if (!has_placed_ || !(gravity.norm() > 0)) return;
+  if (!has_placed_.load(std::memory_order_relaxed) || !(gravity.norm() > 0)) return;
   const double h = step_->dt / step_->settings->solver.substeps;
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
@@ -306,6 +358,13 @@ std::uint8_t GroupSolver::effort_of(double ratio, std::uint32_t contacts) {
   return effort;
 }
 
+// Whether some of its four points were free at the end of the last step.
+bool GroupSolver::is_loose(const Manifold& manifold) {
+  const float* impulse = manifold.normal_impulse;
+  return manifold.point_count < 4 ||
+         std::min(std::min(impulse[0], impulse[1]), std::min(impulse[2], impulse[3])) <= 0;
+}
+
 ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
                                  std::uint32_t row_b) const {
   const auto locked = [this](std::uint32_t row) {
@@ -318,11 +377,10 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
   return one ? ContactKind::point1 : ContactKind::points4;
 }
 
-const Vec3& GroupSolver::center_of(BodyIndex body) const {
-  const IslandScratch& islands = step_->solver->islands;
-  const std::uint32_t slot = islands.slot[body];
-  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
-                                                : step_->bodies->pose[body].center;
+const Vec3& GroupSolver::center_in(std::uint32_t slot, BodyIndex body) const {
+  return slot != kNone && slot & kKinematicSlot
+             ? step_->solver->islands.kinematics[slot & ~kKinematicSlot].center
+             : step_->bodies->pose[body].center;
 }
 
 void GroupSolver::set_constants() {
@@ -365,22 +423,26 @@ void GroupSolver::set_constants() {
   last_pass_.twists = true;
 }
 
-// Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
+// Counting sort by (effort, colour, kind, loose), stable, each kind padded to whole blocks.
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
-  const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
-  core::refill(bucket_, buckets + 1, 0u);
+  const std::size_t kinds = std::size_t{efforts_} * colouring_.colours * kContactKinds;
+  core::refill(bucket_, 2 * kinds, 0u);
   const auto key = [this](std::uint32_t contact) {
     const Contact& c = contacts_[contact];
-    return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
-           static_cast<std::uint32_t>(c.kind);
+    const std::uint32_t kind =
+        (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
+        static_cast<std::uint32_t>(c.kind);
+    return 2 * kind + (c.loose ? 1 : 0);
   };
   for (std::uint32_t i = 0; i < contact_count_; ++i) ++bucket_[key(i)];
   std::uint32_t first = 0;
-  for (std::uint32_t& size : bucket_) {
-    const std::uint32_t padded = (size + width - 1) / width * width;
-    size = first;
-    first += padded;
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    std::uint32_t* sizes = &bucket_[2 * kind];
+    const std::uint32_t firm = sizes[0], all = firm + sizes[1];
+    sizes[0] = first;
+    sizes[1] = first + firm;
+    first += (all + width - 1) / width * width;
   }
   core::refill(lanes_, first, kNone);
   chunks_.clear();
@@ -395,7 +457,7 @@ void GroupSolver::make_chunks() {
   for (std::uint32_t colour = 0; colour < efforts_ * colouring_.colours; ++colour) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       // After sorting bucket_ holds the end of each bucket's contacts.
-      const std::uint32_t end = bucket_[colour * kContactKinds + kind];
+      const std::uint32_t end = bucket_[2 * (colour * kContactKinds + kind) + 1];
       std::uint32_t blocks = end > lane ? (end - lane + width - 1) / width : 0;
       while (blocks > 0) {
         const std::uint32_t count = std::min(blocks, block_grain_);
@@ -416,8 +478,6 @@ void GroupSolver::add_phase(Op op) {
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
       op == Op::close_velocities || op == Op::rebalance) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
-  } else if (op == Op::prepare) {
-    blocks = static_cast<std::uint32_t>(chunks_.size());
   } else if (op == Op::prepare_joints || op == Op::store_joints) {
     blocks = joints_.chunks();
   }
@@ -448,7 +508,6 @@ void GroupSolver::list_phases() {
   phases_.clear();
   substep_ = 0;
   add_phase(Op::gather);
-  add_phase(Op::prepare);
   add_phase(Op::prepare_joints);
   const auto substeps = static_cast<std::uint32_t>(step_->settings->solver.substeps);
   for (; substep_ < substeps; ++substep_) {
@@ -457,7 +516,8 @@ void GroupSolver::list_phases() {
     const bool repeats = substep_ > 0 && joints_.empty();
     add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
     add_joint_colours(Op::warm_start_joints);
-    if (!repeats) add_colours(Op::warm_start);
+    // A block is written by the worker that will work on it: both go by colours.
+    if (!repeats) add_colours(substep_ == 0 ? Op::prepare_and_start : Op::warm_start);
     add_joint_colours(Op::solve_joints);
     add_colours(Op::solve);
     if (contact_count_ > 0) add_joint_colours(Op::answer_joints);
@@ -469,14 +529,14 @@ void GroupSolver::list_phases() {
     add_phase(Op::close_velocities);
     add_joint_colours(Op::close_joints);
   }
-  if (has_bounces_ && joints_.empty()) {
+  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_colours(Op::count_pushes);
     for (int i = 0; i < kStrikePasses; ++i) add_colours(Op::strike);
     add_colours(Op::take_back);
     add_phase(Op::rebalance);
     for (int i = 0; i < kReflectPasses; ++i) add_colours(Op::reflect);
   }
-  if (has_bounces_) add_colours(Op::restitute);
+  if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
   add_colours(Op::store);
   add_phase(Op::store_joints);
   add_phase(Op::finish);
@@ -533,8 +593,9 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = block_memory() + chunk.memory;
   switch (phase.op) {
-    case Op::prepare:
-      return prepare_chunk(chunk);
+    case Op::prepare_and_start:
+      prepare_chunk(chunk);
+      return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::warm_start:
       return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::solve:
@@ -913,21 +974,10 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const Outlook& outlook = outlook_[row];
   const DeltaRow& delta = delta_[row];
 
-  BodyPose next;
-  next.center = pose.center + to_double(delta.translation);
-  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
-                  double(delta.rotation.z));
-  next.orientation = Quat(turn * pose.orientation).normalized();
-
-  const bool round = (flags & kIsotropic) && !(flags & kLockMask);
-  const auto to_angular = [&](const Vec3& momentum, const Quat& q) -> Vec3 {
-    if (round) return momentum * mass.inv_inertia_b(0, 0);
-    return inv_inertia_w(mass, q, flags) * momentum;
-  };
+  const Vec3 spin = to_double(velocity_[row].angular);
   BodyMotion after;
   if (outlook.from_rows) {
     after.linear = to_double(velocity_[row].linear);
-    after.angular = to_double(velocity_[row].angular);
   } else {
     after.linear =
         outlook.linear +
@@ -936,24 +986,32 @@ void GroupSolver::finish_body(std::uint32_t row) {
     after.angular_momentum =
         outlook.angular_momentum +
         Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
-    after.angular = to_angular(after.angular_momentum, next.orientation);
   }
 
+  BodyPose next;
+  next.center = pose.center + to_double(delta.translation);
+  Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+            double(delta.rotation.z));
   // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
   // back where the change is the work of forces; an impact's place is exact as it is.
   const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
-  const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
-  const double limit = static_cast<double>(outlook.smooth_change);
-  if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
+  const Vec3 turn_change = ledger.held.free_turn(spin - motion.angular);
+  const double limit = static_cast<double>(outlook.smooth_change), square = limit * limit;
+  if (!ledger.impact && change.squaredNorm() <= square &&
+      turn_change.squaredNorm() * (mass.radius * mass.radius) <= square) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
     next.center -= half * change;
     const Vec3 back = -0.5 * half * turn_change;
-    next.orientation = Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
-    if (!outlook.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
+    turn = Quat(1, back.x(), back.y(), back.z()) * turn;
   }
+  next.orientation = made_unit(turn * pose.orientation);
+  after.angular = outlook.from_rows
+                      ? spin
+                      : angular_velocity(mass, flags, next.orientation, after.angular_momentum);
   if (outlook.from_rows) {
-    after.angular_momentum = round ? Vec3(after.angular * mass.inertia_b(0, 0))
-                                   : Vec3(inertia_w(mass, next.orientation) * after.angular);
+    after.angular_momentum = flags & kIsotropic
+                                 ? Vec3(after.angular * mass.inertia_b(0, 0))
+                                 : Vec3(inertia_w(mass, next.orientation) * after.angular);
   } else if (flags & (kLockRx | kLockRy | kLockRz)) {
     after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
   }

@@ -158,8 +158,18 @@ TEST(Measures, contacts_of_a_pile_keep_their_law) {
   World world(measured());
   add_floor(world);
   add_heap(world, 128);
-  for (int n = 0; n < 240; ++n) world.step(1.0 / 60);
-  expect_law(world.last_report().measures.contacts.law, 0.05);
+  for (int n = 0; n < 180; ++n) world.step(1.0 / 60);
+  // Where it rolls and slips still, a step is worth little by itself.
+  constexpr int kSteps = 120;
+  ContactLaw mean;
+  for (int n = 0; n < kSteps; ++n) {
+    const ContactLaw& law = world.step(1.0 / 60).measures.contacts.law;
+    expect_law(law, 0.5);
+    mean.normal_mean += law.normal_mean / kSteps;
+    mean.friction_mean += law.friction_mean / kSteps;
+  }
+  EXPECT_LT(mean.normal_mean, 0.05);
+  EXPECT_LT(mean.friction_mean, 0.05);
 }
 
 // A13. Five hundred bodies that meet in empty space.
