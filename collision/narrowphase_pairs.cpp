@@ -300,6 +300,7 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.carried_impulse = old.carried_impulse;
   manifold.standing_impulse = old.standing_impulse;
   manifold.placed = old.placed;
+  manifold.begins = old.begins;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -339,7 +340,7 @@ void begin(const V3f& linear, const V3f& angular, Manifold& manifold) {
   std::fill_n(manifold.normal_impulse, 4, 0.0f);
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
   manifold.twist_impulse = manifold.carried_impulse = manifold.standing_impulse = 0;
-  manifold.placed = is_zero(linear) && is_zero(angular);
+  manifold.placed = manifold.begins = is_zero(linear) && is_zero(angular);
 }
 
 // Four points with the features of before, each in its place, as of most pairs at rest.

@@ -39,6 +39,7 @@ struct alignas(32) Manifold {
   // What of the carried impulse it has come to bear for good; 0 unless `placed` (docs/decisions/0023).
   float standing_impulse = 0;
   bool placed = false;  // it began with the two bodies at rest with each other, not by a motion
+  bool begins = false;  // so it does, and nothing has solved it yet
 };
 
 enum PairFlag : std::uint32_t {

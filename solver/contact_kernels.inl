@@ -425,6 +425,9 @@ struct KernelsOf {
     }
     apply(block, f.ca, f.cb, push, torque, a, b);
     if constexpr (kRelax && kFull) roll(pass, block, f, a, b, impulse);
+    if constexpr (kRelax && P == 1) {
+      if (pass.twists) twist_on_spot(block, f, a, b);
+    }
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
   }
@@ -492,6 +495,24 @@ struct KernelsOf {
       drag[2] = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
       torque = add(torque, mul(f.n, drag[2] - old));
     }
+  }
+
+  // Two bodies touch at a point by a small patch, which rubs where one spins on the other: once per
+  // step, up to what the pushes of all its substeps allow (docs/decisions/0026).
+  template <bool kFull>
+  SKERRY_LANE void twist_on_spot(ContactBlock<W, 1, kFull>& block, const Frame<1, kFull>& f,
+                                 Velocity& a, Velocity& b) {
+    auto& friction = block.friction;
+    const V turn_a = mul(load_sym(block.inertia_a), f.n),
+            turn_b = mul(load_sym(block.inertia_b), f.n);
+    const F gives = dot(f.n, add(turn_a, turn_b));
+    const F stop = (zero() - dot(f.n, sub(b.angular, a.angular))) / gives;
+    const F limit = load(friction.twist_reach) * load(friction.normal_sum[0]);
+    const F twist =
+        L::select(L::less(zero(), gives), L::max(L::min(stop, limit), zero() - limit), zero());
+    store(twist, friction.twist);
+    a.angular = sub(a.angular, mul(turn_a, twist));
+    b.angular = add(b.angular, mul(turn_b, twist));
   }
 
   // Rolling resistance: a torque about the tangents, up to coefficient (m) times the push.

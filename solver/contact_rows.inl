@@ -239,7 +239,11 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   store(dot(f.t2, old), friction.impulse[1]);
   for (auto& sum : friction.normal_sum) store(none, sum);
   for (auto& sum : friction.sum) store(none, sum);
-  if constexpr (P > 1) store(tail[3], friction.impulse[2]);
+  if constexpr (P > 1) {
+    store(tail[3], friction.impulse[2]);
+  } else {
+    store(none, friction.twist);
+  }
 
   const Velocity a = gather_velocity(pass.start, block.row_a);
   const Velocity b = gather_velocity(pass.start, block.row_b);
@@ -253,6 +257,12 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   L::gather(base, 8, block.row_b, accel_b);
   const F acceleration =
       dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
+  if constexpr (P == 1) {
+    const F lever_a = accel_a[3], lever_b = accel_b[3];
+    const F smaller = L::select(L::less(none, lever_b), L::min(lever_a, lever_b), lever_a);
+    store(load(friction.coefficient) * L::select(L::less(none, lever_a), smaller, lever_b),
+          friction.twist_reach);
+  }
   const F gained = acceleration * L::set(pass.substep * pass.substeps);
   const F threshold = L::set(pass.restitution_threshold);
   F fastest = none, bounce = none;
@@ -317,6 +327,8 @@ static void store_block(const void* memory, LaneOutput& output) {
     }
     torque = add(torque,
                  add(add(mul(f.t1, torque1), mul(f.t2, torque2)), mul(f.n, load(friction.sum[2]))));
+  } else {
+    torque = add(torque, mul(f.n, load(friction.twist)));
   }
   if constexpr (kFull) {
     rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),

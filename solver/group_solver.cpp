@@ -35,19 +35,15 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // (docs/decisions/0007).
 constexpr double kStiffest = 0.175;  // contact_hertz times h
 
-// A contact gives way to what its load differs from what it has come to carry: enough to damp the slow
-// waves of tall piles, which warm starting alone leaves ringing. It comes to carry half of a load soon.
-// The other half would never come to an end where bodies lie on each other in loops, which do not fit
-// exactly: the pile would creep. Bodies that were placed on each other come to carry it too, so slowly
-// that it feeds no wave: they stay where they were put (docs/decisions/0023).
-constexpr float kCarriedShare = 0.5f;
+// Time in which contacts come to carry a load, and to bear it for good: so slowly that it feeds no wave.
 constexpr double kCarryTime = 1.5;  // s
 constexpr double kStandTime = 10;   // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
-// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
-constexpr double kSoftLoad = 1200;  // m/s^2
+// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2, of which they
+// come to carry half at least.
+constexpr double kSoftLoad = 600;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
@@ -56,6 +52,10 @@ constexpr int kStrikePasses = 4, kReflectPasses = 8;
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
 constexpr double kJointsYield = 8;
+
+// A ball is flat over a hundredth of its radius where it touches, and pressed there as Hertz says: friction
+// about the normal has a mean lever of 3 pi / 16 of that (docs/decisions/0026). Of the ball inside a shape.
+constexpr float kPatchLever = 0.01f * 0.589f;
 
 // See effort_of.
 constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
@@ -143,6 +143,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   assign_rows();
   collect(task);
   set_efforts();
+  set_standing_loads();
   set_constants();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
@@ -211,6 +212,7 @@ void GroupSolver::collect(jobs::Task& task) {
   grow(row_b_, contact_count_);
   bounces_.store(false, std::memory_order_relaxed);
   has_bounces_.store(false, std::memory_order_relaxed);
+  has_placed_.store(false, std::memory_order_relaxed);
   meets_kinematics_.store(false, std::memory_order_relaxed);
   const std::uint32_t grain = group_.kind == GroupKind::wide ? kCollectGrain : kUnbounded;
   jobs::run_blocks(task, contact_count_ == 0 ? 0 : (contact_count_ - 1) / grain + 1,
@@ -227,7 +229,7 @@ void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
   const ContactTable& table = *step_->contacts;
   const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
   const std::uint32_t* slots = step_->solver->islands.slot.data();
-  bool bounces = false, kinematics = false;
+  bool bounces = false, placed = false, kinematics = false;
   for (std::uint32_t i = begin; i < end; ++i) {
     const ContactRef ahead = refs[std::min(i + kPrefetch, contact_count_ - 1)];
     prefetch(table.manifolds[ahead.manifold]);
@@ -244,9 +246,11 @@ void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
                     0,
                     is_loose(manifold)};
     bounces = bounces || manifold.restitution > 0;
+    placed = placed || manifold.begins;
     kinematics = kinematics || row_a_[i] == kNone || row_b_[i] == kNone;
   }
   if (bounces) has_bounces_.store(true, std::memory_order_relaxed);
+  if (placed) has_placed_.store(true, std::memory_order_relaxed);
   if (kinematics) meets_kinematics_.store(true, std::memory_order_relaxed);
 }
 
@@ -272,6 +276,55 @@ void GroupSolver::set_efforts() {
     efforts_ = std::max(efforts_, effort + 1u);
     begin = end;
   }
+}
+
+// What was put on each other in this step begins with the loads of statics, joints aside.
+void GroupSolver::set_standing_loads() {
+  const Vec3& gravity = step_->settings->gravity;
+  if (!has_placed_.load(std::memory_order_relaxed) || !(gravity.norm() > 0)) return;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  std::uint32_t begin = 0;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = step_->islands->islands[group_.first + i];
+    const std::uint32_t end = begin + island.contact_count;
+    if (island.joint_count == 0) {
+      standing_loads_.begin(row_count_, gravity, h);
+      add_standing_bodies(island);
+      for (std::uint32_t k = begin; k < end; ++k) add_support(k);
+      standing_loads_.share();
+    }
+    begin = end;
+  }
+}
+
+void GroupSolver::add_standing_bodies(const Island& island) {
+  const Bodies& bodies = *step_->bodies;
+  const double gravity = step_->settings->gravity.norm();
+  for (std::uint32_t k = 0; k < island.body_count; ++k) {
+    const std::uint32_t row = island.first_body + k - first_body_ + 1;
+    const core::BodyMass& mass = bodies.mass[body_[row]];
+    standing_loads_.add_body(row, mass.mass * mass.gravity_scale * gravity);
+  }
+}
+
+// Locks bear what they are given.
+void GroupSolver::add_support(std::uint32_t index) {
+  const Bodies& bodies = *step_->bodies;
+  const Vec3& gravity = step_->settings->gravity;
+  Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
+  const double down = gravity.dot(to_double(manifold.normal));  // positive: b lies below a
+  if (std::abs(down) <= kRestsOn * gravity.norm()) return;
+  const bool a_rests = down > 0;
+  const std::uint32_t above = a_rests ? row_a_[index] : row_b_[index];
+  const std::uint32_t below = a_rests ? row_b_[index] : row_a_[index];
+  if (above - 1 >= body_count_ || (bodies.flags[body_[above]] & kLockMask) != 0) return;
+  const bool yields = below - 1 < body_count_ && (bodies.flags[body_[below]] & kLockMask) == 0;
+  const double* o = contacts_[index].offset;
+  const Vec3 from_a = Vec3::Zero(), from_b = -Vec3(o[0], o[1], o[2]);
+  standing_loads_.add({above,
+                       yields ? below : StandingLoads::kGround,
+                       &manifold,
+                       {a_rests ? from_a : from_b, a_rests ? from_b : from_a}});
 }
 
 // How many times heavier than the lightest the heaviest of those bodies is that rest on a lighter one;
@@ -366,6 +419,8 @@ void GroupSolver::set_constants() {
   stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
+  last_pass_ = pass_;
+  last_pass_.twists = true;
 }
 
 // Counting sort by (effort, colour, kind, loose), stable, each kind padded to whole blocks.
@@ -546,7 +601,7 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
     case Op::solve:
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
-      return kernel.relax(phase.books ? pass_ : unbooked_pass_, blocks, chunk.count);
+      return kernel.relax(relax_pass(phase), blocks, chunk.count);
     case Op::count_pushes:
       return kernel.count_pushes(pass_, blocks, chunk.count);
     case Op::strike:
@@ -560,6 +615,13 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
     default:
       return store_chunk(chunk);
   }
+}
+
+const ContactPass& GroupSolver::relax_pass(const Phase& phase) const {
+  if (!phase.books) return unbooked_pass_;
+  const bool last =
+      phase.substep + 1 == static_cast<std::uint32_t>(step_->settings->solver.substeps);
+  return last ? last_pass_ : pass_;
 }
 
 void GroupSolver::run_joints(const Phase& phase, std::uint32_t block) {
@@ -648,7 +710,8 @@ void GroupSolver::gather_body(std::uint32_t row) {
   start_[row] = {to_float(motion.linear), 0, to_float(motion.angular), 0};
   velocity_[row] = start_[row];
   const Vec3 acceleration = force.force * mass.inv_mass;
-  base_[row] = {to_float(acceleration), 0, to_float(pose.orientation)};
+  base_[row] = {to_float(acceleration), kPatchLever * mass.inner_radius,
+                to_float(pose.orientation)};
 
   const bool isotropic = (flags & kIsotropic) != 0;
   const bool round = isotropic && !(flags & kLockMask);
@@ -792,10 +855,12 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
 
 // `load`: N s of a mean point in a substep.
 void GroupSolver::carry(Manifold& manifold, float load) const {
-  if (manifold.placed)
-    manifold.standing_impulse += stand_part_ * (load - manifold.standing_impulse);
-  const float usual =
-      manifold.standing_impulse + kCarriedShare * (load - manifold.standing_impulse);
+  manifold.begins = false;
+  if (manifold.placed) {
+    const float change = kStandingShare * load - manifold.standing_impulse;
+    manifold.standing_impulse += (change < 0 ? carry_part_ : stand_part_) * change;
+  }
+  const float usual = carried_of(load, manifold.standing_impulse);
   manifold.carried_impulse += carry_part_ * (usual - manifold.carried_impulse);
 }
 

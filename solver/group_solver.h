@@ -16,6 +16,7 @@
 #include "solver/held_directions.h"
 #include "solver/joint_solver.h"
 #include "solver/solver_body.h"
+#include "solver/standing_loads.h"
 
 namespace skerry::solver {
 
@@ -105,6 +106,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   void collect_contacts(std::uint32_t begin, std::uint32_t end);
   void seat_kinematics();
   void set_efforts();
+  void set_standing_loads();
+  void add_standing_bodies(const core::Island& island);
+  void add_support(std::uint32_t contact);
   double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
   static std::uint8_t effort_of(double ratio, std::uint32_t contacts);
   static bool is_loose(const core::Manifold& manifold);
@@ -140,6 +144,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
+  const ContactPass& relax_pass(const Phase& phase) const;
   static bool is_bounce(Op op);
   void take_back_chunk(const Chunk& chunk);
   void rebalance_rows(std::uint32_t begin, std::uint32_t end);
@@ -147,15 +152,16 @@ class GroupSolver final : public jobs::PhaseProgram {
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_, unbooked_pass_;
+  ContactPass pass_, unbooked_pass_, last_pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_locks_ = false;
-  bool unequal_masses_ = false;        // some body is kHeavyOnLight times as heavy as another
+  bool unequal_masses_ = false;  // some body is kHeavyOnLight times as heavy as another
+  // Of the contacts: whether materials bounce, whether some begin with their bodies at rest, whether
+  // kinematic bodies have no rows yet.
+  std::atomic<bool> has_bounces_ = false, has_placed_ = false, meets_kinematics_ = false;
   std::atomic<bool> bounces_ = false;  // in this step
-  std::atomic<bool> has_bounces_ = false,
-                    meets_kinematics_ = false;  // materials of contacts; partners
   // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
   float carry_part_ = 0, stand_part_ = 0;
 
@@ -172,6 +178,7 @@ class GroupSolver final : public jobs::PhaseProgram {
 
   std::uint32_t first_contact_ = 0, contact_count_ = 0;  // in Islands::contacts
   std::vector<Contact> contacts_;
+  StandingLoads standing_loads_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
   std::uint32_t efforts_ = 1;          // one more than the highest of the group

@@ -121,6 +121,7 @@ void add_rows(Random& random, const Magnitudes& magnitudes, Colour& colour) {
       mass.inv_inertia = random_inertia(random, 5 * inv_mass);
       mass.lock_flags = random.below(4) == 0 ? random.below(64) << core::kLockShift : 0;
       base.acceleration = random.in_box(10 * magnitudes.motion);
+      base.patch_lever = random.below(3) ? random.between(0, 0.1f) : 0;
       spin.angular_acceleration = random.in_box(magnitudes.motion);
       spin.linear_factor = random.below(2) ? 1 : random.between(0.9f, 1);
       spin.angular_factor = random.below(2) ? 1 : random.between(0.9f, 1);
@@ -230,8 +231,9 @@ class Run {
   }
 
   using Pass = void (*ContactKernels::OfKind::*)(const ContactPass&, void*, std::uint32_t);
-  void each(Pass kernel, bool books = true) {
+  void each(Pass kernel, bool books = true, bool twists = false) {
     pass_.books = books;
+    pass_.twists = twists;
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       (kernels_.kind[kind].*kernel)(pass_, block_at(kind, 0), block_count());
     }
@@ -377,7 +379,7 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
     note("solve");
     run.rows(&ContactKernels::integrate_positions);
     note("integrate_positions");
-    run.each(&OfKind::relax, substep != 1);
+    run.each(&OfKind::relax, substep != 1, substep == 2);
     note("relax");
   }
   run.each(&OfKind::restitute);
