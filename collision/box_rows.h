@@ -26,7 +26,7 @@ bool place_boxes(const BoxRows& rows, float dt, BoxBatch& batch);
 
 // Manifolds (rows of four floats, core::Manifold) that had the four features that the batch found, each in
 // its place, and hardly another normal: they get normal, points and approach speed. Returns in which lanes
-// that was done, of those asked for; all lanes need an address.
+// that was done, of those asked for; only these need an address.
 std::uint32_t store_boxes(const BoxBatch& batch, std::uint32_t lanes,
                           float* const (&manifold)[BoxBatch::kSize]);
 

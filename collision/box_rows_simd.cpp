@@ -146,20 +146,25 @@ static HWY_INLINE void scatter_row(const F* in, float* const* manifold, int row)
 
 static HWY_INLINE std::uint32_t store_some(const BoxBatch& batch, int lane, std::uint32_t lanes,
                                            float* const* manifold) {
+  const std::uint32_t here = (kFloats == 16 ? 0xffffu : (1u << kFloats) - 1) << lane;
+  if ((lanes & here) == 0) return 0;
   const Float f;
   const hn::RebindToSigned<Float> integer;
   const auto out = [&](int row) HWY_ATTR { return hn::Load(f, batch.out[row] + lane); };
   const auto in = [&](int row) HWY_ATTR { return hn::Load(f, batch.in[row] + lane); };
   const F n[4] = {out(BoxBatch::kNx), out(BoxBatch::kNy), out(BoxBatch::kNz),
                   hn::BitCast(f, hn::Set(integer, 4))};
+  alignas(64) float sink[sizeof(core::Manifold) / sizeof(float)] = {};
+  float* to[kFloats];
+  for (int i = 0; i < kFloats; ++i) to[i] = lanes >> (lane + i) & 1 ? manifold[i] : sink;
   F old[4];
-  gather_row(manifold, 0, old);
+  gather_row(to, 0, old);
   const F cosine =
       hn::Add(hn::Add(hn::Mul(old[0], n[0]), hn::Mul(old[1], n[1])), hn::Mul(old[2], n[2]));
   auto same = hn::Lt(hn::Set(f, kSameNormal), cosine);
   same = hn::And(
       same, hn::RebindMask(f, hn::Eq(hn::BitCast(integer, old[3]), hn::BitCast(integer, n[3]))));
-  gather_row(manifold, kFeatureRow, old);
+  gather_row(to, kFeatureRow, old);
   for (int k = 0; k < 4; ++k) {
     const F feature = out(BoxBatch::kPoints + k * BoxBatch::kPointRows + BoxBatch::kFeature);
     same = hn::And(same, hn::RebindMask(f, hn::Eq(hn::ConvertTo(integer, feature),
@@ -167,13 +172,12 @@ static HWY_INLINE std::uint32_t store_some(const BoxBatch& batch, int lane, std:
   }
   alignas(8) std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(f, same, bytes);
-  const std::uint32_t here = (kFloats == 16 ? 0xffffu : (1u << kFloats) - 1) << lane;
   const std::uint32_t done = ((bytes[0] | std::uint32_t{bytes[1]} << 8) << lane) & lanes & here;
   if (done == 0) return 0;
 
-  alignas(64) float sink[sizeof(core::Manifold) / sizeof(float)];
-  float* to[kFloats];
-  for (int i = 0; i < kFloats; ++i) to[i] = done >> (lane + i) & 1 ? manifold[i] : sink;
+  for (int i = 0; i < kFloats; ++i) {
+    if (!(done >> (lane + i) & 1)) to[i] = sink;
+  }
   scatter_row(n, to, 0);
   const F wx = in(BoxBatch::kWx), wy = in(BoxBatch::kWy), wz = in(BoxBatch::kWz);
   const F vx = in(BoxBatch::kVx), vy = in(BoxBatch::kVy), vz = in(BoxBatch::kVz);

@@ -270,14 +270,14 @@ void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scra
   collide_boxes(scratch.batch, scratch.batched);
   std::uint32_t lasting = 0;
   float* manifold[BoxBatch::kSize];
-  for (int lane = 0; lane < BoxBatch::kSize; ++lane) {
-    ContactPair& pair = step.contacts->pairs[scratch.rows[lane < scratch.batched ? lane : 0]];
-    manifold[lane] = reinterpret_cast<float*>(&step.contacts->manifolds[pair.first_manifold]);
-    if (lane >= scratch.batched) continue;
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
     pair.cache = static_cast<std::uint32_t>(batch.out[BoxBatch::kKindOut][lane]);
-    if (pair.manifold_count == 1) lasting |= 1u << lane;
+    if (pair.manifold_count != 1 || !(slow >> lane & 1)) continue;
+    lasting |= 1u << lane;
+    manifold[lane] = reinterpret_cast<float*>(&step.contacts->manifolds[pair.first_manifold]);
   }
-  const std::uint32_t stored = store_boxes(batch, lasting & slow, manifold);
+  const std::uint32_t stored = store_boxes(batch, lasting, manifold);
   for (int lane = 0; lane < scratch.batched; ++lane) {
     if (stored >> lane & 1) continue;
     ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];

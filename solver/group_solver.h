@@ -157,11 +157,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
   bool has_locks_ = false;
-  bool unequal_masses_ = false;        // some body is kHeavyOnLight times as heavy as another
+  bool unequal_masses_ = false;  // some body is kHeavyOnLight times as heavy as another
+  // Of the contacts: whether materials bounce, whether some begin with their bodies at rest, whether
+  // kinematic bodies have no rows yet.
+  std::atomic<bool> has_bounces_ = false, has_placed_ = false, meets_kinematics_ = false;
   std::atomic<bool> bounces_ = false;  // in this step
-  std::atomic<bool> has_bounces_ = false,
-                    meets_kinematics_ = false;  // materials of contacts; partners
-  std::atomic<bool> has_placed_ = false;        // some contact begins with its bodies at rest
   // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
   float carry_part_ = 0, stand_part_ = 0;
 
