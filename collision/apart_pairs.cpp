@@ -64,19 +64,6 @@ bool ApartPairs::is_fixed(BodyIndex body) const {
 
 double ApartPairs::way(BodyIndex body) const { return is_fixed(body) ? 0 : travels_->way(body); }
 
-// A body that is no longer awake has moved once more since its way was brought up to date.
-double ApartPairs::ahead(BodyIndex body) const {
-  if (is_fixed(body)) return 0;
-  return bodies_.flags[body] & core::kAwake ? travels_->ahead(body) : Travels::kUnknown;
-}
-
-bool ApartPairs::holds(const ContactPair& pair) const {
-  if (travels_ == nullptr || pair.manifold_count > 0 || (pair.flags & core::kTouching))
-    return false;
-  return ahead(pair.body_a) + ahead(pair.body_b) + double(kSpeculativeDistance) <
-         contacts_.apart_until[pair.first_manifold];
-}
-
 void ApartPairs::note(const ContactPair& pair, float apart) const {
   if (travels_ == nullptr) return;
   bool known = true;

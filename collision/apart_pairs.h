@@ -18,6 +18,9 @@ struct StepContext;
 
 namespace skerry::collision {
 
+// How far a pair may be apart and still get a manifold, beside what its velocity adds.
+inline constexpr float kSpeculativeDistance = 0.005f;  // m
+
 // How far bodies have come: upper bounds for any of their points, turning included. Only of bodies
 // that somebody asked for: the others cost nothing.
 class Travels {
@@ -62,15 +65,26 @@ class ApartPairs {
   // Without a broadphase nobody watches the bodies' ways, and nothing is known.
   explicit ApartPairs(const core::StepContext& step);
 
-  // Is the pair without a contact still, and at the end of this step?
-  bool holds(const core::ContactPair& pair) const;
+  // Is the pair without a contact still, and at the end of this step? Asked of every pair: no branch
+  // depends on the pair.
+  bool holds(const core::ContactPair& pair) const {
+    if (travels_ == nullptr) return false;
+    const bool parted = (pair.manifold_count | (pair.flags & core::kTouching)) == 0;
+    return bool(parted & (ahead(pair.body_a) + ahead(pair.body_b) + double(kSpeculativeDistance) <
+                          contacts_.apart_until[pair.first_manifold]));
+  }
   // The pair has no contact where its bodies are now; its shapes are this far apart (m) at least.
   void note(const core::ContactPair& pair, float apart) const;
 
  private:
   bool is_fixed(core::BodyIndex body) const;
   double way(core::BodyIndex body) const;
-  double ahead(core::BodyIndex body) const;
+  // A body that is no longer awake has moved once more since its way was brought up to date.
+  double ahead(core::BodyIndex body) const {
+    const std::uint32_t flags = bodies_.flags[body];
+    const double moving = flags & core::kAwake ? travels_->ahead(body) : Travels::kUnknown;
+    return flags & (core::kDynamic | core::kKinematic) ? moving : 0;
+  }
 
   const core::Bodies& bodies_;
   core::ContactTable& contacts_;

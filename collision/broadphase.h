@@ -10,9 +10,6 @@
 
 namespace skerry::collision {
 
-// How far a pair may be apart and still get a manifold, beside what its velocity adds.
-inline constexpr float kSpeculativeDistance = 0.005f;  // m
-
 // The three kinds (our tree, sweep and prune, FCL's manager) differ in how they find pairs and in
 // nothing else: the pair list after merge_pairs is "all pairs of fat boxes that overlap, whose
 // filters meet, of different bodies, one of them dynamic - or one kinematic and one a sensor's -,

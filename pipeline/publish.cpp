@@ -90,10 +90,11 @@ void add_hit(WorldData& world, const ContactPair& pair) {
   if (!(hit.impulse > 0 && hit.approach_speed > world.settings.hit_speed)) world.events.pop_back();
 }
 
-bool has_news(const WorldData& world, const ContactPair& pair) {
-  const bool touching = pair.flags & core::kTouching;
-  if (!(pair.flags & core::kBegun)) return touching && are_in_touch(world, pair);
-  return !touching || world.settings.persist_events || std::isfinite(world.settings.hit_speed);
+// Of a pair that touches as it did, only those who hear of every step have news.
+bool has_news(const WorldData& world, const ContactPair& pair, bool every_step) {
+  const bool touching = pair.flags & core::kTouching, begun = pair.flags & core::kBegun;
+  if (touching != begun) return begun || are_in_touch(world, pair);
+  return begun & every_step;
 }
 
 // Of a pair that has news.
@@ -114,10 +115,11 @@ void tell(WorldData& world, ContactPair& pair) {
 void tell_contacts(WorldData& world, jobs::Task& task) {
   std::vector<ContactPair>& pairs = world.contacts.pairs;
   const std::vector<std::uint32_t>& active = world.contacts.active;
+  const bool every_step = world.settings.persist_events || std::isfinite(world.settings.hit_speed);
   world.news.clear();
   world.news_filter.run(
       task, static_cast<std::uint32_t>(active.size()),
-      [&](std::uint32_t i) { return has_news(world, pairs[active[i]]); }, world.news);
+      [&](std::uint32_t i) { return has_news(world, pairs[active[i]], every_step); }, world.news);
   for (const std::uint32_t i : world.news) tell(world, pairs[active[i]]);
 }
 

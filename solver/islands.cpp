@@ -1,6 +1,7 @@
 #include "solver/islands.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "core/assert.h"
@@ -134,13 +135,24 @@ class IslandBuilder {
     return Meeting::joined;
   }
 
-  bool connect_contacts(const std::vector<std::uint32_t>& rows) {
-    bool woke = false;
+  // Most pairs do not touch: those that do are listed without a branch that depends on it.
+  std::span<const std::uint32_t> touching(const std::vector<std::uint32_t>& rows) {
+    std::vector<std::uint32_t>& found = scratch_.touching;
+    found.resize(std::max(found.size(), rows.size()));
+    std::size_t count = 0;
     for (const std::uint32_t row : rows) {
       const ContactPair& pair = table_.pairs[row];
-      if ((pair.flags & (kTouching | kSensorPair)) != kTouching || pair.manifold_count == 0) {
-        continue;
-      }
+      found[count] = row;
+      count += static_cast<std::size_t>((pair.flags & (kTouching | kSensorPair)) == kTouching) &
+               static_cast<std::size_t>(pair.manifold_count > 0);
+    }
+    return {found.data(), count};
+  }
+
+  bool connect_contacts(const std::vector<std::uint32_t>& rows) {
+    bool woke = false;
+    for (const std::uint32_t row : touching(rows)) {
+      const ContactPair& pair = table_.pairs[row];
       BodyIndex body = kNone;
       const Meeting meeting = meet(pair.body_a, pair.body_b, body);
       woke = woke || meeting == Meeting::woke;

@@ -40,7 +40,8 @@ struct IslandScratch {
   std::vector<core::BodyIndex> contact_body;  // [contacts] a dynamic body of each
   std::vector<std::uint32_t> joints;
   std::vector<core::BodyIndex> joint_body;
-  std::vector<std::uint32_t> rows;  // all pairs, when a wake made `active` stale
+  std::vector<std::uint32_t> rows;      // all pairs, when a wake made `active` stale
+  std::vector<std::uint32_t> touching;  // room for rows of pairs that touch
   struct Cost {
     core::IslandGroup group;
     std::uint64_t cost;
