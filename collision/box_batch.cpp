@@ -9,6 +9,8 @@ namespace float_lanes {
 #define SKERRY_LANES
 #include "collision/lane_vectors-inl.h"
 
+#include "collision/box_points-inl.h"
+
 #include "collision/box_lanes-inl.h"
 #undef SKERRY_LANES
 

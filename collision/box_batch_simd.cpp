@@ -25,6 +25,8 @@ static void collide_boxes_here(BoxBatch& batch, int count) {
 #define SKERRY_LANES HWY_ATTR
 #include "collision/lane_vectors-inl.h"
 
+#include "collision/box_points-inl.h"
+
 #include "collision/box_lanes-inl.h"
 #undef SKERRY_LANES
 
