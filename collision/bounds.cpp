@@ -1,10 +1,13 @@
 #include "collision/bounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "collision/box_lanes.h"
 #include "collision/broadphase.h"
+#include "collision/mesh_tree.h"
 #include "core/rounding.h"
 
 namespace skerry::collision {
@@ -103,6 +106,60 @@ Range vertex_range(const std::vector<V3f>& vertices, const M3d& axes) {
   return range;
 }
 
+// The largest r.x over the box of each lane; with the roundings of dot, whose result is monotone in each
+// coordinate: no less than what dot gives for any point inside. NaN or hugely negative for empty lanes.
+std::array<double, BoxNode::kWidth> largest_in(const BoxNode& node, const V3d& r) {
+  const float(*const far[3])[BoxNode::kWidth] = {r.x > 0 ? &node.max[0] : &node.min[0],
+                                                 r.y > 0 ? &node.max[1] : &node.min[1],
+                                                 r.z > 0 ? &node.max[2] : &node.min[2]};
+  std::array<double, BoxNode::kWidth> largest;
+  for (unsigned lane = 0; lane < BoxNode::kWidth; ++lane)
+    largest[lane] =
+        dot(r, V3d{double((*far[0])[lane]), double((*far[1])[lane]), double((*far[2])[lane])});
+  return largest;
+}
+
+// The largest r.x over the corners of a mesh's triangles.
+double largest_in(const core::MeshGeometry& mesh, const V3d& r) {
+  double best = -std::numeric_limits<double>::infinity();
+  const auto take = [&](std::uint32_t triangle) {
+    for (const std::uint32_t vertex : mesh.triangles[triangle])
+      best = std::max(best, dot(r, widened(mesh.vertices[vertex])));
+  };
+  const std::vector<BoxNode>& nodes = mesh.tree->nodes;
+  // Down to a corner far out first: it spares the walk most of the tree.
+  std::uint32_t child = 0;
+  while (!(child & BoxNode::kItem)) {
+    const auto largest = largest_in(nodes[child], r);
+    unsigned most = 0;  // never empty
+    for (unsigned lane = 1; lane < BoxNode::kWidth; ++lane)
+      if (largest[lane] > largest[most]) most = lane;
+    child = nodes[child].child[most];
+  }
+  take(child & ~BoxNode::kItem);
+  walk(
+      nodes,
+      [&](const BoxNode& node) {
+        const auto largest = largest_in(node, r);
+        unsigned lanes = 0;
+        for (unsigned lane = 0; lane < BoxNode::kWidth; ++lane)
+          lanes |= unsigned{largest[lane] > best} << lane;
+        return lanes;
+      },
+      take);
+  return best;
+}
+
+Range mesh_range(const core::MeshGeometry& mesh, const M3d& axes) {
+  Range range;
+  for (int i = 0; i < 3; ++i) {
+    const V3d r = row(axes, i);
+    range.low[i] = -largest_in(mesh, -r);
+    range.high[i] = largest_in(mesh, r);
+  }
+  return range;
+}
+
 // Of the box around all heights, turned.
 Range field_range(const core::HeightFieldGeometry& field, const M3d& axes) {
   const double low[3] = {0, double(field.low), 0};
@@ -124,7 +181,7 @@ Range field_range(const core::HeightFieldGeometry& field, const M3d& axes) {
 Range shape_range(const Collider& collider, const M3d& axes) {
   if (collider.type == ShapeType::cone) return cone_range(collider, axes);
   if (collider.type == ShapeType::hull) return vertex_range(collider.hull->vertices, axes);
-  if (collider.type == ShapeType::mesh) return vertex_range(collider.mesh->vertices, axes);
+  if (collider.type == ShapeType::mesh) return mesh_range(*collider.mesh, axes);
   if (collider.type == ShapeType::height_field) return field_range(*collider.field, axes);
   Range range;
   for (int i = 0; i < 3; ++i) {

@@ -33,6 +33,17 @@ Collider of_type(ShapeType type, float x, float y, float z) {
   return collider;
 }
 
+// Triangles that lie anyhow.
+std::shared_ptr<const core::MeshGeometry> triangle_soup(std::uint32_t count) {
+  std::mt19937 random(20);
+  std::normal_distribution<double> normal;
+  MeshData data;
+  for (std::uint32_t i = 0; i < 3 * count; ++i)
+    data.vertices.push_back(Vec3{normal(random), normal(random), normal(random)});
+  for (std::uint32_t t = 0; t < count; ++t) data.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  return build_mesh(data, {1, 1, 1});
+}
+
 std::vector<Case> solids() {
   static std::vector<std::shared_ptr<const core::HullGeometry>> hulls;
   static std::vector<std::shared_ptr<const core::MeshGeometry>> meshes;
@@ -73,6 +84,14 @@ std::vector<Case> solids() {
   Collider mesh = of_type(ShapeType::mesh, 0, 0, 0);
   mesh.mesh = meshes.back().get();
   cases.push_back({"mesh", mesh, farthest});
+  mesh.mesh = meshes.emplace_back(triangle_soup(1500)).get();
+  cases.push_back({"soup", mesh, [soup = mesh.mesh](const Vec3& d) {
+                     Vec3 best = core::to_double(soup->vertices[0]);
+                     for (const core::V3f& vertex : soup->vertices)
+                       if (core::to_double(vertex).dot(d) > best.dot(d))
+                         best = core::to_double(vertex);
+                     return best;
+                   }});
   return cases;
 }
 
