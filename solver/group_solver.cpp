@@ -813,6 +813,7 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   const bool padding = index == kNone;
   const Manifold& manifold =
       padding ? empty_manifold() : step_->contacts->manifolds[contacts_[index].manifold];
+  prefetch(manifold);
   input.manifold[lane] = reinterpret_cast<const float*>(&manifold);
   input.row_a[lane] = padding ? 0 : row_a_[index];
   input.row_b[lane] = padding ? 0 : row_b_[index];
@@ -841,6 +842,7 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
     for (std::uint32_t k = 0; k < kernels_->width; ++k) {
       Manifold& manifold =
           contact[k] == kNone ? sink : step_->contacts->manifolds[contacts_[contact[k]].manifold];
+      prefetch(manifold);
       output.manifold[k] = reinterpret_cast<float*>(&manifold);
     }
     kernel.store(block, output);
