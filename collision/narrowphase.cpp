@@ -9,6 +9,7 @@
 #include "collision/narrowphase_kernels.h"
 #include "collision/narrowphase_mesh.h"
 #include "collision/narrowphase_pairs.h"
+#include "collision/touch_forecast.h"
 #include "core/assert.h"
 
 namespace skerry::collision {
@@ -20,6 +21,7 @@ namespace {
 // What one worker needs; a cache line apart from the next worker's.
 struct alignas(64) WorkerScratch {
   BoxBatch batch;
+  BoxBatch single;  // of one pair at another time
   std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
   std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
   int batched = 0;
@@ -119,10 +121,31 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
   }
 }
 
-void store(const StepContext& step, const ApartPairs& known, ContactPair& pair,
-           const PatchSet& patches, const V3f& linear, const V3f& angular, float apart) {
+// `collide`: as in TouchForecast::find.
+template <class Collide>
+void store(const StepContext& step, const ApartPairs& known, ContactPair& pair, PatchSet& patches,
+           const V3f& linear, const V3f& angular, float apart, const Collide& collide) {
+  TouchForecast forecast(step, pair, linear, angular);
+  const float time = forecast.expects(patches) ? forecast.find(collide, patches) : 0;
   store_patches(step, pair, patches, linear, angular);
-  if (pair.manifold_count == 0) known.note(pair, apart);
+  if (pair.manifold_count == 0)
+    known.note(pair, apart);
+  else if (time > 0)
+    step.contacts->manifolds[pair.first_manifold].touch_time = time;
+}
+
+// Types may descend.
+void collide_any(const StepContext& step, ContactPair& pair, PlacedPair& placed,
+                 WorkerScratch& scratch, PatchSet& patches) {
+  if (is_polytope(placed.a) && is_polytope(placed.b))
+    placed.query.memory = &step.contacts->polytope_memory[pair.first_manifold];
+  const bool swap = placed.a.collider->type > placed.b.collider->type;
+  if (swap) placed = swapped(placed);
+  collide_placed(placed, scratch, patches);
+  if (swap)
+    for (std::uint32_t i = 0; i < patches.count; ++i)
+      patches.patch[i].normal = -patches.patch[i].normal;
+  pair.cache = placed.query.cache;
 }
 
 void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair& pair,
@@ -136,19 +159,16 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
   PairFrame frame;
   pair_frame(step, pair, approach, frame);
   PlacedPair placed = placed_pair(step, pair, frame);
-  const V3f linear = placed.query.linear, angular = placed.query.angular;
-  if (is_polytope(placed.a) && is_polytope(placed.b))
-    placed.query.memory = &step.contacts->polytope_memory[pair.first_manifold];
-  const bool swap = placed.a.collider->type > placed.b.collider->type;
-  if (swap) placed = swapped(placed);
   PatchSet patches;
-  collide_placed(placed, scratch, patches);
-  if (swap)
-    for (std::uint32_t i = 0; i < patches.count; ++i)
-      patches.patch[i].normal = -patches.patch[i].normal;
-  pair.cache = placed.query.cache;
-  drop_foreseen(step, pair, placed.query.touch, linear, angular, scratch.triangles, patches);
-  store(step, known, pair, patches, linear, angular, placed.query.apart);
+  collide_any(step, pair, placed, scratch, patches);
+  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, scratch.triangles, patches);
+  store(step, known, pair, patches, frame.linear, frame.angular, placed.query.apart,
+        [&](const PairAt& at, PatchSet& then) {
+          PairFrame there;
+          pair_frame(step, pair, at, approach.margin, there);
+          PlacedPair again = placed_pair(step, pair, at, there);
+          collide_any(step, pair, again, scratch, then);
+        });
 }
 
 // -- Box against box, sixteen pairs at a time.
@@ -181,11 +201,9 @@ void gather(const StepContext& step, const ContactPair& pair, const PairFrame& f
   put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair.cache));
 }
 
-void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
-             const PairFrame& frame, const BoxBatch& batch, int lane,
-             std::vector<std::uint32_t>& triangles) {
+void read(ContactPair& pair, const PairFrame& frame, const BoxBatch& batch, int lane,
+          PatchSet& patches) {
   const auto out = [&](int row) { return batch.out[row][lane]; };
-  PatchSet patches;
   patches.count = 1;
   ContactPatch& patch = patches.patch[0];
   patch.normal = {out(BoxBatch::kNx), out(BoxBatch::kNy), out(BoxBatch::kNz)};
@@ -200,19 +218,37 @@ void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair
                                    static_cast<std::uint32_t>(feature)};
   }
   pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
-  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, triangles, patches);
-  store(step, known, pair, patches, frame.linear, frame.angular, out(BoxBatch::kApart));
+}
+
+// Lanes from `first` on: the pair of the first lane.
+void fill_up(BoxBatch& batch, int first) {
+  for (auto& row : batch.in) std::fill(row + first, row + BoxBatch::kSize, row[0]);
+}
+
+void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
+             const PairFrame& frame, const BoxBatch& batch, int lane, WorkerScratch& scratch) {
+  PatchSet patches;
+  read(pair, frame, batch, lane, patches);
+  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, scratch.triangles, patches);
+  store(step, known, pair, patches, frame.linear, frame.angular, batch.out[BoxBatch::kApart][lane],
+        [&](const PairAt& at, PatchSet& then) {
+          PairFrame there;
+          pair_frame(step, pair, at, frame.margin, there);
+          gather(step, pair, there, scratch.single, 0);
+          fill_up(scratch.single, 1);
+          collide_boxes(scratch.single, 1);
+          read(pair, there, scratch.single, 0, then);
+        });
 }
 
 void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scratch) {
   if (scratch.batched == 0) return;
   // The last lanes of a short batch: any pair will do.
-  for (auto& row : scratch.batch.in)
-    std::fill(row + scratch.batched, row + BoxBatch::kSize, row[0]);
+  fill_up(scratch.batch, scratch.batched);
   collide_boxes(scratch.batch, scratch.batched);
   for (int lane = 0; lane < scratch.batched; ++lane)
     scatter(step, known, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane],
-            scratch.batch, lane, scratch.triangles);
+            scratch.batch, lane, scratch);
   scratch.batched = 0;
 }
 

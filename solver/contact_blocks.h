@@ -86,8 +86,15 @@ struct alignas(64) LaneInput {
   const float* manifold[kMaxWidth];
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
   float offset[3][kMaxWidth];  // m, centre of b from centre of a
-  // Inverse mass per axis; for the full kinds alone.
+  // For the full kinds alone. Inverse mass per axis; inverse inertia (as in ContactBlock) and angular
+  // velocity at the time of the manifold's geometry; that time, if the two are to bounce off each
+  // other then, alone (docs/decisions/0025), else negative, s.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
+  float inertia_a[6][kMaxWidth], inertia_b[6][kMaxWidth];
+  float angular_a[3][kMaxWidth], angular_b[3][kMaxWidth];
+  float touch[kMaxWidth];
+  // Of take_back alone: m, how much farther b is from a when impacts among several happen.
+  float shift[3][kMaxWidth];
 };
 
 // And out of them: impulses for the next step and for events into the manifolds, and what the step
@@ -100,6 +107,8 @@ struct alignas(64) LaneOutput {
   };
   Row push[kMaxWidth];    // N s, world, on b; sum along the normal
   Row torque[kMaxWidth];  // N m s, world, on b about the centre of a; approach speed, m/s
+  // Above 0: the contact bounced at LaneInput::touch; it took part in an impact among several.
+  float bounced[kMaxWidth], struck[kMaxWidth];
 };
 
 template <int W>
@@ -161,6 +170,8 @@ struct FullLanes<W, P, true> {
   Lanes<W> acceleration;    // m/s^2, relative, external, along the normal
   Lanes<W> rolling_inverse[3], rolling_slide_mass;
   Lanes<W> rolling_impulse[2], rolling_coefficient, rolling_sum[2];
+  Lanes<W> touch, angular_a[3], angular_b[3];  // see LaneInput
+  Lanes<W> bounced;                            // 1: at that time
 };
 
 template <int W, int P, bool kFull>

@@ -8,13 +8,21 @@ template <int P>
 SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
   constexpr int kRows = P > 1 ? 3 : 2;
   const F none = zero();
-  Velocity a = gather_velocity(pass.velocity, block.row_a);
-  Velocity b = gather_velocity(pass.velocity, block.row_b);
+  Marked body_a = gather_marked(pass, block.row_a), body_b = gather_marked(pass, block.row_b);
   const Frame<P, true> f = load_frame(block);
   F s[P], drag[kRows];
   separations(pass, block, f, s);
+  const M timed = L::both(L::less(none, load(block.full.touch)), any_bounces(block));
+  start_anew(block, timed);
   const Bounce<P> bounce = bounce_of(block, s);
   if (!L::any(bounce.any)) return;
+  Velocity a, b;
+  velocities_at_touch(pass, block, a, b);
+  const V roll = add(mul(f.t1, load(block.full.rolling_sum[0])),
+                     mul(f.t2, load(block.full.rolling_sum[1])));
+  apply(block, f.ca, f.cb, {none, none, none}, roll, a, b);
+  a = select(timed, a, body_a.v);
+  b = select(timed, b, body_b.v);
   V linear, angular, push = {none, none, none}, torque = push;
   F vn[P], impulse[P];
   relative_velocity(f, a, b, linear, angular);
@@ -42,8 +50,32 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   torque = {none, none, none};
   if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
   apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
-  scatter_velocity(pass, block.row_a, select(bounce.any, next_a, a));
-  scatter_velocity(pass, block.row_b, select(bounce.any, next_b, b));
+  const F rest = L::select(
+      timed, L::set(pass.substep * pass.substeps) - load(block.full.touch), none);
+  next_a.linear = add(next_a.linear, mul(gather_acceleration(pass, block.row_a), rest));
+  next_b.linear = add(next_b.linear, mul(gather_acceleration(pass, block.row_b), rest));
+  body_a.v = select(bounce.any, next_a, body_a.v);
+  body_b.v = select(bounce.any, next_b, body_b.v);
+  scatter_marked(pass, block.row_a, body_a);
+  scatter_marked(pass, block.row_b, body_b);
+}
+
+template <int P>
+SKERRY_LANE M any_bounces(const ContactBlock<W, P, true>& block) {
+  F most = zero();
+  for (int i = 0; i < P; ++i)
+    most = L::max(most, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
+  return L::less(zero(), most);
+}
+
+// A bounce at its own time is solved from the velocities of then: what the substeps gave, to stop the
+// two, is forgotten, but for rolling resistance.
+template <int P>
+SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
+  const F none = zero();
+  for (auto& sum : block.friction.normal_sum) store(L::select(timed, none, load(sum)), sum);
+  for (auto& sum : block.friction.sum) store(L::select(timed, none, load(sum)), sum);
+  store(L::select(timed, L::set(1.0f), none), block.full.bounced);
 }
 
 // A point that moved off at first and was pressed by the turn that another gave the body would be stopped
@@ -91,7 +123,9 @@ struct Bounce {
 template <int P>
 SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* s) {
   const F none = zero(), one = L::set(1.0f);
-  const F twice = load(block.full.acceleration) + load(block.full.acceleration);
+  const F pull = L::select(L::less(none, load(block.full.touch)), none,
+                           load(block.full.acceleration));
+  const F twice = pull + pull;
   Bounce<P> bounce;
   F bouncing = none;
   bounce.points = none;
@@ -157,11 +191,8 @@ SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, 
   const F none = zero(), one = L::set(1.0f);
   M strikes = L::less(none, L::max(a.struck, b.struck));
   if constexpr (kFull) {
-    F impact = none;
-    for (int i = 0; i < P; ++i)
-      impact = L::max(impact, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
     const M several = L::less(one, L::max(a.pushes, b.pushes));
-    strikes = L::either(strikes, L::both(L::less(none, impact), several));
+    strikes = L::either(strikes, L::both(any_bounces(block), several));
   }
   strikes = L::both(strikes, pushed(block));
   a.struck = L::select(strikes, one, a.struck);
@@ -226,12 +257,28 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
     lessen(full.rolling_impulse[1]);
   }
   apply(block, f.ca, f.cb, push, torque, a.v, b.v);
+  move_to_impact(pass, input, f, struck, block);
   const M bears = L::both(struck, L::less(none, rests));
   a.pushes = L::select(bears, none - one, a.pushes);
   b.pushes = L::select(bears, none - one, b.pushes);
   store(L::select(struck, kFull ? one + material[1] : one, none), block.carried);
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);
+}
+
+// The arms of a struck contact refer to where its bodies are when the impacts happen.
+template <int P, bool kFull>
+SKERRY_LANE void move_to_impact(const ContactPass& pass, const LaneInput& input, Frame<P, kFull> f,
+                                const M& struck, ContactBlock<W, P, kFull>& block) {
+  const F none = zero(), half = L::select(struck, L::set(0.5f), none);
+  const V shift = mul({L::load(input.shift[0]), L::load(input.shift[1]), L::load(input.shift[2])}, half);
+  f.ca = add(f.ca, shift);
+  f.cb = sub(f.cb, shift);
+  store3(f.ca, block.arm_a);
+  store3(f.cb, block.arm_b);
+  F head[4];
+  gather_row(input, kNormalRow, head);
+  couple(pass, input, f, L::integers(head[3]), block);
 }
 
 // An impact of two, as if they were alone: the points that approach at once, then friction at the centre.

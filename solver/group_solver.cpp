@@ -11,6 +11,7 @@
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
 #include "solver/free_flight.h"
+#include "solver/rotation.h"
 #include "solver/solver_scratch.h"
 
 namespace skerry::solver {
@@ -94,6 +95,12 @@ const Manifold& empty_manifold() {
   return empty;
 }
 
+Sym3f rounded(const Mat3& m) {
+  return {core::rounded_to_float(m(0, 0)), core::rounded_to_float(m(0, 1)),
+          core::rounded_to_float(m(0, 2)), core::rounded_to_float(m(1, 1)),
+          core::rounded_to_float(m(1, 2)), core::rounded_to_float(m(2, 2))};
+}
+
 bool is_finite(const Vec3& v) {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
@@ -132,6 +139,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   collect_contacts();
   set_efforts();
   set_constants();
+  set_impact_times();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
   make_chunks();
@@ -207,6 +215,39 @@ void GroupSolver::collect_contacts() {
   }
   joints_.collect(*step_, group_.first, group_.count,
                   [this](BodyIndex body) { return row_of(body); });
+}
+
+// Impacts among several bodies of an island all happen when the first of them does.
+void GroupSolver::set_impact_times() {
+  if (!has_bounces_ || !joints_.empty()) return;
+  core::refill(impact_time_, row_count_, 0.0f);
+  std::uint32_t contact = 0, row = 1;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = step_->islands->islands[group_.first + i];
+    const float time = first_impact(contact, contact + island.contact_count);
+    std::fill_n(impact_time_.begin() + row, island.body_count, time);
+    contact += island.contact_count;
+    row += island.body_count;
+  }
+}
+
+// s: when the first of these contacts bounces.
+float GroupSolver::first_impact(std::uint32_t begin, std::uint32_t end) const {
+  float first = core::rounded_to_float(step_->dt);
+  bool any = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
+    const bool fast = manifold.approach_speed > pass_.restitution_threshold;
+    if (!(manifold.restitution > 0) || !(fast || manifold.touch_time > 0)) continue;
+    float gap = manifold.points[0].separation;
+    for (std::uint32_t k = 1; k < manifold.point_count; ++k)
+      gap = std::min(gap, manifold.points[k].separation);
+    const float time = manifold.touch_time > 0 ? manifold.touch_time
+                                               : std::max(gap, 0.0f) / manifold.approach_speed;
+    first = std::min(first, time);
+    any = true;
+  }
+  return any ? first : 0;
 }
 
 void GroupSolver::set_efforts() {
@@ -605,9 +646,7 @@ void GroupSolver::gather_body(std::uint32_t row) {
     angular_acceleration = force.torque * mass.inv_inertia_b(0, 0);
   } else {
     const Mat3 inverse = inv_inertia_w(mass, pose.orientation, flags);
-    m.inv_inertia = {core::rounded_to_float(inverse(0, 0)), core::rounded_to_float(inverse(0, 1)),
-                     core::rounded_to_float(inverse(0, 2)), core::rounded_to_float(inverse(1, 1)),
-                     core::rounded_to_float(inverse(1, 2)), core::rounded_to_float(inverse(2, 2))};
+    m.inv_inertia = rounded(inverse);
     const Mat3 inertia = inertia_w(mass, pose.orientation);
     const double six[6] = {inertia(0, 0), inertia(0, 1), inertia(0, 2),
                            inertia(1, 1), inertia(1, 2), inertia(2, 2)};
@@ -647,8 +686,13 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
     for (std::uint32_t k = 0; k < kernels_->width; ++k) {
-      fill_lane(input, k, lanes_[lane++]);
-      if (full) fill_axis_masses(input, k);
+      const std::uint32_t contact = lanes_[lane++];
+      if (contact != kNone && touch_time(contact) > 0) {
+        const Vec3 moved = offset_after(contact, 0, double(touch_time(contact)));
+        for (int axis = 0; axis < 3; ++axis) contacts_[contact].offset[axis] = moved[axis];
+      }
+      fill_lane(input, k, contact);
+      if (full) fill_full(input, k, contact, false);
     }
     if (kernel.prepare(pass_, input, block)) bounces_.store(true, std::memory_order_relaxed);
   }
@@ -660,31 +704,69 @@ void GroupSolver::take_back_chunk(const Chunk& chunk) {
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    for (std::uint32_t k = 0; k < kernels_->width; ++k) fill_lane(input, k, lanes_[lane++]);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
+      const std::uint32_t contact = lanes_[lane++];
+      fill_lane(input, k, contact);
+      fill_full(input, k, contact, true);
+    }
     kernel.take_back(pass_, input, block);
   }
 }
 
-// Before its impacts a struck body has fallen as far as it moved in this step, not for all of it:
-// forces changed its velocity for the time in which they do that work.
+// Struck bodies fly freely to the impacts of their island.
 void GroupSolver::rebalance_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     VelocityRow& velocity = velocity_[row];
-    Outlook& outlook = outlook_[row];
-    if (!(velocity.struck > 0) || velocity.pushes < 0) continue;
-    if (outlook.from_rows || mass_[row].lock_flags != 0) continue;
-    const Vec3 start = to_double(start_[row].linear), a = to_double(base_[row].acceleration);
-    const double squared = a.squaredNorm(), along = a.dot(start);
-    if (!(squared > 0)) continue;
-    const double work = 2 * a.dot(to_double(delta_[row].translation));
-    // (start + a t)^2 = start^2 + work; the earlier time after 0 of the two.
-    const double root = std::sqrt(std::max(along * along + squared * work, 0.0));
-    const double early = (-along - root) / squared, late = (-along + root) / squared;
-    const double time = std::clamp(early >= 0 ? early : late, 0.0, step_->dt);
-    const Vec3 change = (time - step_->dt) * a;
-    velocity.linear = velocity.linear + to_float(change);
-    outlook.linear += change;
+    if (!(velocity.struck > 0) || velocity.pushes < 0 || !flies(row)) continue;
+    const BodyIndex body = body_[row];
+    const BodyMotion& motion = step_->bodies->motion[body];
+    const auto time = double(impact_time_[row]);
+    velocity.linear =
+        to_float(Vec3(motion.linear + (outlook_[row].linear - motion.linear) * (time / step_->dt)));
+    velocity.angular = spin_after(row, time).angular;
   }
+}
+
+// Whether a body that no contact touches flies as external forces alone make it.
+bool GroupSolver::flies(std::uint32_t row) const {
+  if (row - 1 >= body_count_) return true;
+  return joints_.empty() && !outlook_[row].from_rows && mass_[row].lock_flags == 0;
+}
+
+// m: how far a body flies in `time` s from the start of the step, if no contact touches it.
+Vec3 GroupSolver::way(std::uint32_t row, double time) const {
+  if (row == 0) return Vec3::Zero();
+  if (row - 1 >= body_count_) {
+    const IslandScratch& islands = step_->solver->islands;
+    return time * islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot].linear;
+  }
+  const Vec3& linear = step_->bodies->motion[body_[row]].linear;
+  return time * linear + (0.5 * time * time / step_->dt) * (outlook_[row].linear - linear);
+}
+
+// m: centre of b from centre of a at a time, by `offset`, which is of another.
+Vec3 GroupSolver::offset_after(std::uint32_t contact, double from, double time) const {
+  const double* offset = contacts_[contact].offset;
+  const std::uint32_t a = row_a_[contact], b = row_b_[contact];
+  return Vec3(offset[0], offset[1], offset[2]) +
+         ((way(b, time) - way(b, from)) - (way(a, time) - way(a, from)));
+}
+
+float GroupSolver::touch_time(std::uint32_t contact) const {
+  return step_->contacts->manifolds[contacts_[contact].manifold].touch_time;
+}
+
+// s: see set_impact_times.
+double GroupSolver::time_of_impacts(std::uint32_t contact) const {
+  const std::uint32_t a = row_a_[contact];
+  return double(impact_time_[a - 1 < body_count_ ? a : row_b_[contact]]);
+}
+
+// N m, external.
+Vec3 GroupSolver::torque_on(std::uint32_t row) const {
+  return (outlook_[row].angular_momentum -
+          step_->bodies->motion[body_[row]].angular_momentum) /
+         step_->dt;
 }
 
 void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t index) const {
@@ -699,14 +781,59 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   }
 }
 
-void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
-  const auto set = [&](float(&to)[3][kMaxWidth], std::uint32_t row) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      to[k][lane] = mass_[row].lock_flags & (kLockX << k) ? 0.0f : mass_[row].inv_mass;
-    }
-  };
-  set(input.inv_mass_a, input.row_a[lane]);
-  set(input.inv_mass_b, input.row_b[lane]);
+// `impact`: for an impact among several bodies, at the time of those; else as the manifold is.
+void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact,
+                            bool impact) const {
+  const bool padding = contact == kNone;
+  const std::uint32_t a = padding ? 0 : row_a_[contact], b = padding ? 0 : row_b_[contact];
+  const bool free = !padding && flies(a) && flies(b);
+  double time = padding ? 0 : double(touch_time(contact));
+  input.touch[lane] = free && time > 0 ? core::rounded_to_float(time) : -1;
+  Vec3 shift = Vec3::Zero();
+  if (impact && !padding) {
+    const double then = time_of_impacts(contact);
+    shift = way(b, then) - way(a, then) - (way(b, time) - way(a, time));
+    time = then;
+  }
+  for (int k = 0; k < 3; ++k) input.shift[k][lane] = core::rounded_to_float(shift[k]);
+  fill_side(input, false, lane, a, free ? time : 0);
+  fill_side(input, true, lane, b, free ? time : 0);
+}
+
+void GroupSolver::fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
+                            double time) const {
+  auto& inv_mass = is_b ? input.inv_mass_b : input.inv_mass_a;
+  auto& inertia = is_b ? input.inertia_b : input.inertia_a;
+  auto& angular = is_b ? input.angular_b : input.angular_a;
+  const MassRow& mass = mass_[row];
+  Sym3f inverse = mass.inv_inertia;
+  V3f omega = start_[row].angular;
+  if (time > 0 && row - 1 < body_count_) {
+    const Spin spin = spin_after(row, time);
+    inverse = spin.inv_inertia;
+    omega = spin.angular;
+  }
+  for (std::uint32_t k = 0; k < 3; ++k)
+    inv_mass[k][lane] = mass.lock_flags & (kLockX << k) ? 0.0f : mass.inv_mass;
+  const float six[6] = {inverse.xx, inverse.xy, inverse.xz, inverse.yy, inverse.yz, inverse.zz};
+  for (int k = 0; k < 6; ++k) inertia[k][lane] = six[k];
+  const float three[3] = {omega.x, omega.y, omega.z};
+  for (int k = 0; k < 3; ++k) angular[k][lane] = three[k];
+}
+
+// How a body turns `time` s after the start of the step, if no contact touches it.
+GroupSolver::Spin GroupSolver::spin_after(std::uint32_t row, double time) const {
+  const BodyIndex body = body_[row];
+  const BodyMass& mass = step_->bodies->mass[body];
+  const std::uint32_t flags = step_->bodies->flags[body];
+  const Vec3& start = step_->bodies->motion[body].angular_momentum;
+  const Vec3 torque = torque_on(row), momentum = start + time * torque;
+  if (flags & kIsotropic)
+    return {mass_[row].inv_inertia, to_float(Vec3(momentum * mass.inv_inertia_b(0, 0)))};
+  const Mat3 inverse = inv_inertia_w(
+      mass, orientation_after(time, mass, flags, step_->bodies->pose[body].orientation, start, torque),
+      flags);
+  return {rounded(inverse), to_float(Vec3(inverse * momentum))};
 }
 
 void GroupSolver::store_chunk(const Chunk& chunk) {
@@ -760,13 +887,17 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
       ledger.impulse[k] += sign * impulse[k];
       ledger.angular_impulse[k] += sign * torque[k];
     }
+    ledger.several = ledger.several || (ledger.pushed && pushed);
     ledger.pushed = ledger.pushed || pushed;
+    if (output.bounced[lane] > 0) ledger.bounce_time = touch_time(index);
     if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
-  const double* offset = contacts_[index].offset;
+  Vec3 offset(contacts_[index].offset[0], contacts_[index].offset[1], contacts_[index].offset[2]);
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0)
+    offset = offset_after(index, double(touch_time(index)), time_of_impacts(index));
   add(row_a_[index], push, torque_a, -1);
-  add(row_b_[index], push, torque_a - Vec3(offset[0], offset[1], offset[2]).cross(push), 1);
+  add(row_b_[index], push, torque_a - offset.cross(push), 1);
 }
 
 // How well the contact keeps its law, by the rows as the last pass left them.
@@ -839,22 +970,51 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   }
 }
 
+// s: when all that contacts gave to the body in this step was given; negative: over the step.
+double GroupSolver::time_of_impact(std::uint32_t row) const {
+  const Ledger& ledger = ledger_[row];
+  if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
+  if (velocity_[row].struck > 0) return velocity_[row].pushes < 0 ? -1 : double(impact_time_[row]);
+  return ledger.several ? -1 : double(ledger.bounce_time);
+}
+
+// Where the substeps have brought a body.
+BodyPose GroupSolver::pose_of(std::uint32_t row) const {
+  const BodyPose& pose = step_->bodies->pose[body_[row]];
+  const DeltaRow& delta = delta_[row];
+  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+                  double(delta.rotation.z));
+  return {pose.center + to_double(delta.translation), Quat(turn * pose.orientation).normalized()};
+}
+
+// Where a body comes that flies freely to its impact, and on from it.
+BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
+  const BodyIndex index = body_[row];
+  const BodyPose& pose = step_->bodies->pose[index];
+  const BodyMass& mass = step_->bodies->mass[index];
+  const std::uint32_t flags = step_->bodies->flags[index];
+  const Vec3& momentum = step_->bodies->motion[index].angular_momentum;
+  const Ledger& ledger = ledger_[row];
+  const double rest = step_->dt - time;
+  const Vec3 impulse(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]);
+  const Vec3 spin(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
+  const Vec3 torque = torque_on(row);
+  const Quat there =
+      orientation_after(time, mass, flags, pose.orientation, momentum, torque);
+  return {pose.center + way(row, step_->dt) + (rest * mass.inv_mass) * impulse,
+          orientation_after(rest, mass, flags, there, momentum + time * torque + spin, torque)};
+}
+
 void GroupSolver::finish_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   Bodies& bodies = *step_->bodies;
   const std::uint32_t flags = bodies.flags[index];
-  const BodyPose& pose = bodies.pose[index];
   const BodyMotion& motion = bodies.motion[index];
   const BodyMass& mass = bodies.mass[index];
   const Ledger& ledger = ledger_[row];
   const Outlook& outlook = outlook_[row];
-  const DeltaRow& delta = delta_[row];
-
-  BodyPose next;
-  next.center = pose.center + to_double(delta.translation);
-  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
-                  double(delta.rotation.z));
-  next.orientation = Quat(turn * pose.orientation).normalized();
+  const double impact = time_of_impact(row);
+  BodyPose next = impact < 0 ? pose_of(row) : pose_after_impact(row, impact);
 
   const bool round = (flags & kIsotropic) && !(flags & kLockMask);
   const auto to_angular = [&](const Vec3& momentum, const Quat& q) -> Vec3 {
@@ -881,7 +1041,7 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
   const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
   const double limit = static_cast<double>(outlook.smooth_change);
-  if (!ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
+  if (impact < 0 && !ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
     const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
     next.center -= half * change;
     const Vec3 back = -0.5 * half * turn_change;
