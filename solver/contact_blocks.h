@@ -59,6 +59,7 @@ struct ContactPass {
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
   bool books = true;    // the relax pass adds its impulses to the sums over the step
+  bool last = false;    // it is that of the last substep
 };
 
 // A core::Manifold as the kernels load and store it: rows of four floats.

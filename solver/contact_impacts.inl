@@ -12,7 +12,7 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   const Frame<P, true> f = load_frame(block);
   F s[P], drag[kRows];
   separations(pass, block, f, s);
-  const M timed = L::both(L::less(none, load(block.full.touch)), any_bounces(block));
+  const M timed = L::both(is_timed(block), any_bounces(block));
   start_anew(block, timed);
   const Bounce<P> bounce = bounce_of(block, s);
   if (!L::any(bounce.any)) return;
@@ -123,8 +123,7 @@ struct Bounce {
 template <int P>
 SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* s) {
   const F none = zero(), one = L::set(1.0f);
-  const F pull = L::select(L::less(none, load(block.full.touch)), none,
-                           load(block.full.acceleration));
+  const F pull = L::select(is_timed(block), none, load(block.full.acceleration));
   const F twice = pull + pull;
   Bounce<P> bounce;
   F bouncing = none;

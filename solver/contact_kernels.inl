@@ -230,6 +230,8 @@ struct KernelsOf {
   template <bool kFull>
   static constexpr float kTouching = kFull ? 1e-5f : 0.0f;
 
+  static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
+
   // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
   // of the impulse goes.
   template <int P>
@@ -256,6 +258,14 @@ struct KernelsOf {
         w.leak[i] = scale * L::min(w.old[i] - carried, most);
       }
       w.bias[i] = L::select(apart, s[i] * inv_h, push);
+      if constexpr (kFull) {
+        // What would bounce, but not before the next step, is left to that.
+        if (!soft && pass.last) {
+          const M waits = L::both(L::both(apart, L::less(none, load(block.full.bounce[i]))),
+                                  L::less(w.old[i], L::set(1e-30f)));
+          w.bias[i] = L::select(waits, L::set(kNoMeeting), w.bias[i]);
+        }
+      }
     }
     return w;
   }
@@ -323,7 +333,6 @@ struct KernelsOf {
 
   static constexpr int kPassRounds = 2;      // the next pass goes on from there
   static constexpr int kBounceRounds = 32;   // there is no next; two ends of a rod: (2/3)^32
-  static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
   // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
   // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
   // What gives way under an unusual load are the points' velocities together, by the same matrix as the

@@ -244,6 +244,12 @@ SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
   L::gather(address, out);
 }
 
+// Whether the two are to bounce alone, at a time that is known.
+template <int P>
+SKERRY_LANE M is_timed(const ContactBlock<W, P, true>& block) {
+  return L::less(L::set(-0.5f), load(block.full.touch));
+}
+
 // Velocities before the contact acts: those at the start of the step, or at the time of a bounce.
 template <int P, bool kFull>
 SKERRY_LANE void velocities_at_touch(const ContactPass& pass,
@@ -300,7 +306,7 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   const F acceleration =
       dot(f.n, sub(gather_acceleration(pass, block.row_b), gather_acceleration(pass, block.row_a)));
   F pull = acceleration;  // until they touch
-  if constexpr (kFull) pull = L::select(L::less(load(block.full.touch), none), acceleration, none);
+  if constexpr (kFull) pull = L::select(is_timed(block), none, acceleration);
   const F gained = pull * L::set(pass.substep * pass.substeps);
   const F threshold = L::set(pass.restitution_threshold);
   F fastest = none, bounce = none;

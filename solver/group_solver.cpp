@@ -76,6 +76,8 @@ Softness soft(double hertz, double damping_ratio, double h) {
           core::rounded_to_float(a3)};
 }
 
+constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+
 // Contacts and bodies ahead of the present one whose rows are asked for.
 constexpr std::uint32_t kPrefetch = 8;
 
@@ -93,6 +95,14 @@ const Manifold& empty_manifold() {
     return m;
   }();
   return empty;
+}
+
+// m: of the point that is nearest to touching.
+float gap_of(const Manifold& manifold) {
+  float gap = manifold.points[0].separation;
+  for (std::uint32_t k = 1; k < manifold.point_count; ++k)
+    gap = std::min(gap, manifold.points[k].separation);
+  return gap;
 }
 
 Sym3f rounded(const Mat3& m) {
@@ -239,11 +249,9 @@ float GroupSolver::first_impact(std::uint32_t begin, std::uint32_t end) const {
     const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
     const bool fast = manifold.approach_speed > pass_.restitution_threshold;
     if (!(manifold.restitution > 0) || !(fast || manifold.touch_time > 0)) continue;
-    float gap = manifold.points[0].separation;
-    for (std::uint32_t k = 1; k < manifold.point_count; ++k)
-      gap = std::min(gap, manifold.points[k].separation);
-    const float time = manifold.touch_time > 0 ? manifold.touch_time
-                                               : std::max(gap, 0.0f) / manifold.approach_speed;
+    const float gap = std::max(gap_of(manifold), 0.0f);
+    const float time =
+        manifold.touch_time > 0 ? manifold.touch_time : gap / manifold.approach_speed;
     first = std::min(first, time);
     any = true;
   }
@@ -349,8 +357,6 @@ void GroupSolver::set_constants() {
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
   stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
-  unbooked_pass_ = pass_;
-  unbooked_pass_.books = false;
 }
 
 // Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
@@ -528,7 +534,7 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
     case Op::solve:
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
-      return kernel.relax(phase.books ? pass_ : unbooked_pass_, blocks, chunk.count);
+      return relax(phase, kernel, blocks, chunk.count);
     case Op::count_pushes:
       return kernel.count_pushes(pass_, blocks, chunk.count);
     case Op::strike:
@@ -542,6 +548,14 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
     default:
       return store_chunk(chunk);
   }
+}
+
+void GroupSolver::relax(const Phase& phase, const ContactKernels::OfKind& kernel, std::byte* blocks,
+                        std::uint32_t count) {
+  ContactPass pass = pass_;
+  pass.books = phase.books;
+  pass.last = phase.substep + 1 == substep_;
+  kernel.relax(pass, blocks, count);
 }
 
 void GroupSolver::run_joints(const Phase& phase, std::uint32_t block) {
@@ -756,6 +770,11 @@ float GroupSolver::touch_time(std::uint32_t contact) const {
   return step_->contacts->manifolds[contacts_[contact].manifold].touch_time;
 }
 
+// Whether a contact has no gap at the start of the step.
+bool GroupSolver::touches(std::uint32_t contact) const {
+  return gap_of(step_->contacts->manifolds[contacts_[contact].manifold]) <= kTouch;
+}
+
 // s: see set_impact_times.
 double GroupSolver::time_of_impacts(std::uint32_t contact) const {
   const std::uint32_t a = row_a_[contact];
@@ -788,7 +807,7 @@ void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t 
   const std::uint32_t a = padding ? 0 : row_a_[contact], b = padding ? 0 : row_b_[contact];
   const bool free = !padding && flies(a) && flies(b);
   double time = padding ? 0 : double(touch_time(contact));
-  input.touch[lane] = free && time > 0 ? core::rounded_to_float(time) : -1;
+  input.touch[lane] = free && (time > 0 || touches(contact)) ? core::rounded_to_float(time) : -1;
   Vec3 shift = Vec3::Zero();
   if (impact && !padding) {
     const double then = time_of_impacts(contact);

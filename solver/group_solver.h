@@ -131,6 +131,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void set_impact_times();
   float first_impact(std::uint32_t begin, std::uint32_t end) const;
   float touch_time(std::uint32_t contact) const;
+  bool touches(std::uint32_t contact) const;
   double time_of_impacts(std::uint32_t contact) const;
   bool flies(std::uint32_t row) const;
   Vec3 way(std::uint32_t row, double time) const;
@@ -151,6 +152,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
+  void relax(const Phase& phase, const ContactKernels::OfKind& kernel, std::byte* blocks,
+             std::uint32_t count);
   static bool is_bounce(Op op);
   void take_back_chunk(const Chunk& chunk);
   void rebalance_rows(std::uint32_t begin, std::uint32_t end);
@@ -158,7 +161,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_, unbooked_pass_;
+  ContactPass pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
@@ -194,7 +197,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Phase> phases_;
 
   JointBatch joints_;
-  std::uint32_t substep_ = 0;  // that phases are being listed for
+  std::uint32_t substep_ = 0;  // that phases are being listed for; in the end, how many there are
 };
 
 }  // namespace skerry::solver
