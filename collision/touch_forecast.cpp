@@ -125,13 +125,15 @@ bool TouchForecast::arrives(const PairAt& at, const ContactPatch& patch) {
   const Meeting next = meeting(patch, frame.linear, frame.angular);
   const float near = std::max(kTouch, kRounding * core::length(frame.between));
   if (std::fabs(next.separation) <= near) return true;
-  // They pass each other.
-  if (next.time == kNever) {
-    if (next.separation < 0) time_ = 0;
-    return next.separation > 0;
+  const float then = time_ + next.time;
+  if (next.separation > 0) {
+    // They pass each other, or touch in another step.
+    if (next.time == kNever || time_ == dt_) return true;
+    before_ = time_;
+    time_ = std::min(then, dt_);
+  } else {
+    time_ = next.time < 0 && then > before_ ? then : 0.5f * (before_ + time_);
   }
-  if (time_ == dt_ && next.time > 0) return true;
-  time_ = std::min(time_ + next.time, dt_);
   return false;
 }
 

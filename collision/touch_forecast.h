@@ -39,9 +39,9 @@ class TouchForecast {
   bool expects(const PatchSet& patches) const;
 
   // Goes from one meeting to the next until the two touch, or pass each other, and puts their contact
-  // of then in the place of `patches`, separations carried back to the start of the step. `collide`
-  // (const PairAt&, PatchSet&) finds it at a time. Returns the time, s; 0, and nothing done, if there
-  // is none.
+  // of then in the place of `patches`, separations carried back to the start of the step; none, if they
+  // are out of each other's reach. `collide` (const PairAt&, PatchSet&) finds it at a time. Returns the
+  // time, s; 0, and nothing done, if it cannot be found.
   template <class Collide>
   float find(const Collide& collide, PatchSet& patches) {
     begin(patches.patch[0]);
@@ -49,19 +49,17 @@ class TouchForecast {
       const PairAt at = pair_at(step_, pair_, time_);
       PatchSet then;
       collide(at, then);
-      if (then.count != 1 || then.patch[0].count == 0) return 0;
-      if (arrives(at, then.patch[0])) {
-        carry_back(at, then.patch[0]);
-        patches = then;
-        return time_;
-      }
-      if (!(time_ > 0)) return 0;
+      const bool apart = then.count == 0 || then.patch[0].count == 0;
+      if (!apart && !arrives(at, then.patch[0])) continue;
+      if (!apart) carry_back(at, then.patch[0]);
+      patches = then;
+      return time_;
     }
     return 0;
   }
 
  private:
-  static constexpr int kRounds = 6;
+  static constexpr int kRounds = 10;
   // The point that touches first, and when.
   struct Meeting {
     float time, separation, speed;  // s from then; m; m/s of departure
@@ -74,7 +72,7 @@ class TouchForecast {
   const StepContext& step_;
   const core::ContactPair& pair_;
   V3f linear_, angular_, acceleration_;
-  float dt_, time_ = 0;
+  float dt_, time_ = 0, before_ = 0;  // s; before_: they were apart
 };
 
 }  // namespace skerry::collision
