@@ -984,7 +984,7 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
         effect.finish_balanced(push, spin, mass * (outlook.linear - before.linear),
                                outlook.angular_momentum - before.angular_momentum);
       }
-      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
+      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed, time_of_impact(row));
     }
   }
 }
