@@ -2,19 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "collision/box_batch.h"
+#include "collision/box_rows.h"
 #include "collision/narrowphase_kernels.h"
 #include "collision/narrowphase_mesh.h"
 #include "collision/narrowphase_pairs.h"
 #include "collision/touch_forecast.h"
 #include "core/assert.h"
+#include "core/rounding.h"
 
 namespace skerry::collision {
 
 using core::ContactPair;
+using core::Manifold;
 
 namespace {
 
@@ -22,8 +26,9 @@ namespace {
 struct alignas(64) WorkerScratch {
   BoxBatch batch;
   BoxBatch single;  // of one pair at another time
-  std::array<PairFrame, BoxBatch::kSize> frames;    // of the pairs in the batch
-  std::array<std::uint32_t, BoxBatch::kSize> rows;  // theirs, in ContactTable::pairs
+  BoxRows box_rows;
+  std::array<std::uint32_t, BoxBatch::kSize> rows;  // of the batch, in ContactTable::pairs
+  std::array<PairFrame, BoxBatch::kSize> frames;    // of those that go one by one
   int batched = 0;
   std::vector<std::uint32_t> due;  // room for find_due
   MeshScratch mesh;
@@ -173,6 +178,8 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
 
 // -- Box against box, sixteen pairs at a time.
 
+constexpr float kSlowMargin = 2 * kSpeculativeDistance;  // see pair_frame
+
 void put(float (&row)[BoxBatch::kSize], int lane, float value) { row[lane] = value; }
 
 void put(BoxBatch& batch, int first_row, int lane, const V3f& v) {
@@ -183,6 +190,25 @@ void put(BoxBatch& batch, int first_row, int lane, const V3f& v) {
 void put(BoxBatch& batch, int first_row, int lane, const core::Q4f& q) {
   put(batch, first_row, lane, V3f{q.x, q.y, q.z});
   put(batch.in[first_row + 3], lane, q.w);
+}
+
+// Rows as BoxRows has them.
+static_assert(sizeof(core::BodyPose) == 7 * sizeof(double) &&
+              offsetof(core::BodyPose, orientation) == 3 * sizeof(double) &&
+              offsetof(core::BodyMotion, angular) == 3 * sizeof(double));
+
+void address(const StepContext& step, const ContactPair& pair, BoxRows& rows, int lane) {
+  const core::Bodies& bodies = *step.bodies;
+  const core::Collider& a = step.colliders->rows[pair.a];
+  const core::Collider& b = step.colliders->rows[pair.b];
+  rows.pose_a[lane] = bodies.pose[pair.body_a].center.data();
+  rows.pose_b[lane] = bodies.pose[pair.body_b].center.data();
+  rows.motion_a[lane] = bodies.motion[pair.body_a].linear.data();
+  rows.motion_b[lane] = bodies.motion[pair.body_b].linear.data();
+  rows.size_a[lane] = &a.size.x;
+  rows.size_b[lane] = &b.size.x;
+  rows.turn_radius_a[lane] = a.turn_radius;
+  rows.turn_radius_b[lane] = b.turn_radius;
 }
 
 // The kernel's origin is the centre of box a, not that of its body.
@@ -198,11 +224,9 @@ void gather(const StepContext& step, const ContactPair& pair, const PairFrame& f
   put(batch.in[BoxBatch::kDt], lane, frame.dt);
   put(batch.in[BoxBatch::kSlop], lane, frame.slop);
   put(batch.in[BoxBatch::kMargin], lane, frame.margin);
-  put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair.cache));
 }
 
-void read(ContactPair& pair, const PairFrame& frame, const BoxBatch& batch, int lane,
-          PatchSet& patches) {
+void read(const PairFrame& frame, const BoxBatch& batch, int lane, PatchSet& patches) {
   const auto out = [&](int row) { return batch.out[row][lane]; };
   patches.count = 1;
   ContactPatch& patch = patches.patch[0];
@@ -217,50 +241,96 @@ void read(ContactPair& pair, const PairFrame& frame, const BoxBatch& batch, int 
     patch.points[patch.count++] = {position + frame.center_a, out(row + BoxBatch::kSeparation),
                                    static_cast<std::uint32_t>(feature)};
   }
-  pair.cache = static_cast<std::uint32_t>(out(BoxBatch::kKindOut));
-}
-
-// Lanes from `first` on: the pair of the first lane.
-void fill_up(BoxBatch& batch, int first) {
-  for (auto& row : batch.in) std::fill(row + first, row + BoxBatch::kSize, row[0]);
 }
 
 void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
              const PairFrame& frame, const BoxBatch& batch, int lane, WorkerScratch& scratch) {
   PatchSet patches;
-  read(pair, frame, batch, lane, patches);
+  read(frame, batch, lane, patches);
   drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, scratch.triangles, patches);
   store(step, known, pair, patches, frame.linear, frame.angular, batch.out[BoxBatch::kApart][lane],
         [&](const PairAt& at, PatchSet& then) {
+          BoxBatch& single = scratch.single;
           PairFrame there;
-          pair_frame(step, pair, at, frame.margin, there);
-          gather(step, pair, there, scratch.single, 0);
-          fill_up(scratch.single, 1);
-          collide_boxes(scratch.single, 1);
-          read(pair, there, scratch.single, 0, then);
+          pair_frame(step, pair, at, batch.in[BoxBatch::kMargin][lane], there);
+          gather(step, pair, there, single, 0);
+          put(single.in[BoxBatch::kKind], 0, static_cast<float>(pair.cache));
+          for (auto& row : single.in) std::fill(row + 1, row + BoxBatch::kSize, row[0]);
+          collide_boxes(single, 1);
+          pair.cache = static_cast<std::uint32_t>(single.out[BoxBatch::kKindOut][0]);
+          read(there, single, 0, then);
         });
+}
+
+// Inputs of all lanes, those of a short batch's last ones those of the first. Lanes whose pairs lie as
+// their bodies do go together; returns those of them that are not fast.
+std::uint32_t gather_batch(const StepContext& step, WorkerScratch& scratch) {
+  BoxBatch& batch = scratch.batch;
+  const auto pair_of = [&](int lane) -> const ContactPair& {
+    return step.contacts->pairs[scratch.rows[lane < scratch.batched ? lane : 0]];
+  };
+  for (int lane = 0; lane < BoxBatch::kSize; ++lane) {
+    address(step, pair_of(lane), scratch.box_rows, lane);
+    put(batch.in[BoxBatch::kKind], lane, static_cast<float>(pair_of(lane).cache));
+  }
+  const bool together = place_boxes(scratch.box_rows, core::rounded_to_float(step.dt), batch);
+  std::uint32_t slow = 0;
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    const ContactPair& pair = pair_of(lane);
+    const bool plain = together && !(pair.flags & core::kSensorPair) && in_place(step, pair);
+    if (plain && batch.in[BoxBatch::kMargin][lane] <= kSlowMargin) {
+      slow |= 1u << lane;
+    } else {
+      pair_frame(step, pair, pair_approach(step, pair), scratch.frames[lane]);
+      gather(step, pair, scratch.frames[lane], batch, lane);
+    }
+  }
+  return slow;
+}
+
+// What scatter needs of the frame of a pair that lies as its bodies do and is not fast.
+PairFrame frame_of(const BoxBatch& batch, int lane) {
+  const auto in = [&](int row) { return batch.in[row][lane]; };
+  PairFrame frame;
+  frame.center_a = {0, 0, 0};
+  frame.linear = {in(BoxBatch::kVx), in(BoxBatch::kVy), in(BoxBatch::kVz)};
+  frame.angular = {in(BoxBatch::kWx), in(BoxBatch::kWy), in(BoxBatch::kWz)};
+  frame.touch = kNoTouch;
+  return frame;
 }
 
 void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scratch) {
   if (scratch.batched == 0) return;
-  // The last lanes of a short batch: any pair will do.
-  fill_up(scratch.batch, scratch.batched);
+  const std::uint32_t slow = gather_batch(step, scratch);
+  const BoxBatch& batch = scratch.batch;
   collide_boxes(scratch.batch, scratch.batched);
-  for (int lane = 0; lane < scratch.batched; ++lane)
-    scatter(step, known, step.contacts->pairs[scratch.rows[lane]], scratch.frames[lane],
-            scratch.batch, lane, scratch);
+  std::uint32_t lasting = 0;
+  float* manifold[BoxBatch::kSize];
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
+    pair.cache = static_cast<std::uint32_t>(batch.out[BoxBatch::kKindOut][lane]);
+    if (pair.manifold_count != 1 || !(slow >> lane & 1)) continue;
+    Manifold& old = step.contacts->manifolds[pair.first_manifold];
+    if (old.restitution > 0 || old.touch_time > 0) continue;  // their touch may be foreseen
+    lasting |= 1u << lane;
+    manifold[lane] = reinterpret_cast<float*>(&old);
+  }
+  const std::uint32_t stored = store_boxes(batch, lasting, manifold);
+  for (int lane = 0; lane < scratch.batched; ++lane) {
+    if (stored >> lane & 1) continue;
+    ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
+    PairFrame& frame = scratch.frames[lane];
+    if (slow >> lane & 1) frame = frame_of(batch, lane);
+    scatter(step, known, pair, frame, batch, lane, scratch);
+  }
   scratch.batched = 0;
 }
 
 void add_to_batch(const StepContext& step, const ApartPairs& known, std::uint32_t row,
                   WorkerScratch& scratch) {
-  const int lane = scratch.batched++;
+  scratch.rows[scratch.batched++] = row;
   const ContactPair& pair = step.contacts->pairs[row];
-  scratch.rows[lane] = row;
-  pair_frame(step, pair, pair_approach(step, pair), scratch.frames[lane]);
-  // The batch will read what was there before long after its last pair is gathered.
   if (pair.flags & core::kTouching) prefetch(step.contacts->manifolds[pair.first_manifold]);
-  gather(step, pair, scratch.frames[lane], scratch.batch, lane);
   if (scratch.batched == BoxBatch::kSize) flush(step, known, scratch);
 }
 
@@ -292,12 +362,12 @@ void collide_pairs(const StepContext& step, IndexRange active_pairs, Task& task)
       clear_contact(pair);
       continue;
     }
+    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     const ShapeType a = step.colliders->rows[pair.a].type, b = step.colliders->rows[pair.b].type;
     if (a == ShapeType::box && b == ShapeType::box) {
       add_to_batch(step, known, due[i], scratch);
       continue;
     }
-    if (i + kAhead < due.size()) prefetch_pair(step, step.contacts->pairs[due[i + kAhead]]);
     if (!collide_centered_spheres(step, known, pair)) collide_pair(step, known, pair, scratch);
   }
   flush(step, known, scratch);

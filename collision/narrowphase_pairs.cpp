@@ -24,18 +24,16 @@ using core::to_float;
 
 namespace {
 
-constexpr float kNoTouch = 3e38f;
+bool centered(const Collider& collider) {
+  const V3f p = collider.local_position;
+  return p.x == 0 && p.y == 0 && p.z == 0;
+}
 
 Q4f product(const Q4f& a, const Q4f& b) {
   return {((a.w * b.x + a.x * b.w) + a.y * b.z) - a.z * b.y,
           ((a.w * b.y - a.x * b.z) + a.y * b.w) + a.z * b.x,
           ((a.w * b.z + a.x * b.y) - a.y * b.x) + a.z * b.w,
           ((a.w * b.w - a.x * b.x) - a.y * b.y) - a.z * b.z};
-}
-
-bool centered(const Collider& collider) {
-  const V3f p = collider.local_position;
-  return p.x == 0 && p.y == 0 && p.z == 0;
 }
 
 V3f difference(const Vec3& a, const Vec3& b) {
@@ -77,8 +75,7 @@ float closing_bound(const StepContext& step, const core::ContactPair& pair, cons
     // The 1-norm spares a root.
     const V3f w = to_float(step.bodies->motion[body].angular);
     const float rate = (std::fabs(w.x) + std::fabs(w.y)) + std::fabs(w.z);
-    if (rate == 0) return 0.0f;
-    return rate * reach(step.colliders->rows[collider], step.bodies->mass[body]);
+    return rate * step.colliders->rows[collider].turn_radius;
   };
   return length(linear) + (spin(pair.body_a, pair.a) + spin(pair.body_b, pair.b));
 }
@@ -99,9 +96,6 @@ PairApproach pair_approach(const StepContext& step, const core::ContactPair& pai
   return approach;
 }
 
-namespace {
-
-// See Query::touch. `between` as in PairApproach.
 float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between) {
   const core::Bodies& bodies = *step.bodies;
   int fast = 0;
@@ -123,7 +117,11 @@ float fast_touch(const StepContext& step, const core::ContactPair& pair, const V
   return core::rounded_to_float(2 * core::touch_gap(a, b, plane ? 0 : double(length(between))));
 }
 
-}  // namespace
+bool in_place(const StepContext& step, const core::ContactPair& pair) {
+  const Collider& a = step.colliders->rows[pair.a];
+  const Collider& b = step.colliders->rows[pair.b];
+  return centered(a) && centered(b) && !a.has_local_rotation && !b.has_local_rotation;
+}
 
 namespace {
 
@@ -281,8 +279,6 @@ PlacedPair swapped(const PlacedPair& pair) {
 
 namespace {
 
-// Manifolds keep their friction while their normals differ by less than this (18 degrees).
-constexpr float kSameNormal = 0.95f;
 // A point may inherit the impulse of another feature this near, as a part of the shapes' size; the
 // distance between the points of the manifold stands for the size.
 constexpr float kNearby = 0.1f;
@@ -338,6 +334,7 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.carried_impulse = old.carried_impulse;
   manifold.standing_impulse = old.standing_impulse;
   manifold.placed = old.placed;
+  manifold.begins = old.begins;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -378,7 +375,7 @@ void begin(const V3f& linear, const V3f& angular, Manifold& manifold) {
   std::fill_n(manifold.normal_impulse, 4, 0.0f);
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
   manifold.twist_impulse = manifold.carried_impulse = manifold.standing_impulse = 0;
-  manifold.placed = is_zero(linear) && is_zero(angular);
+  manifold.placed = manifold.begins = is_zero(linear) && is_zero(angular);
 }
 
 // Four points with the features of before, each in its place, as of most pairs at rest.

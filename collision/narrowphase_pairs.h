@@ -7,6 +7,11 @@
 
 namespace skerry::collision {
 
+// Manifolds keep their impulses while their normals differ by less than this (cosine of 18 degrees).
+inline constexpr float kSameNormal = 0.95f;
+// Query::touch of a pair that is not fast.
+inline constexpr float kNoTouch = 3e38f;
+
 // How far two bodies are apart and how far they may come together: little to compute, and enough to
 // leave out most pairs that do not touch.
 struct PairApproach {
@@ -15,6 +20,11 @@ struct PairApproach {
   float margin;  // m, see Query
 };
 PairApproach pair_approach(const StepContext& step, const core::ContactPair& pair);
+
+// See Query::touch. `between` as in PairApproach.
+float fast_touch(const StepContext& step, const core::ContactPair& pair, const V3f& between);
+// Whether the centres and axes of both colliders are those of their bodies.
+bool in_place(const StepContext& step, const core::ContactPair& pair);
 
 // m: how far the spheres about the two bodies that hold the colliders are apart; negative: they overlap.
 float spheres_apart(const StepContext& step, const core::ContactPair& pair,

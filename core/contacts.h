@@ -39,6 +39,7 @@ struct alignas(32) Manifold {
   // What of the carried impulse it has come to bear for good; 0 unless `placed` (docs/decisions/0023).
   float standing_impulse = 0;
   bool placed = false;  // it began with the two bodies at rest with each other, not by a motion
+  bool begins = false;  // so it does, and nothing has solved it yet
   // s after the start of the step: when the two are foreseen to touch for a bounce. Normal and places
   // are those of that time, separations those that lead there (collision/touch_forecast.h). 0: of the
   // start of the step.

@@ -243,9 +243,10 @@ void insert_descending(std::vector<std::uint32_t>& rows, std::uint32_t row) {
 }
 
 // Of a shape at this distance (m) from the centre of mass. Balls, and the ends of capsules, turn into
-// themselves.
+// themselves; planes reach as far as anything.
 float turn_radius(const BuiltShape& shape, double offset) {
   const Collider& c = shape.collider;
+  if (c.type == ShapeType::plane) return 1e9f;
   const double turning = c.type == ShapeType::sphere    ? 0
                          : c.type == ShapeType::capsule ? double(c.size.y)
                                                         : shape.radius;

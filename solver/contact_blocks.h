@@ -59,7 +59,7 @@ struct ContactPass {
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
   bool books = true;    // the relax pass adds its impulses to the sums over the step
-  bool last = false;    // it is that of the last substep
+  bool last = false;    // it is the step's last: single points rub about their normals then
 };
 
 // A core::Manifold as the kernels load and store it: rows of four floats.
@@ -157,6 +157,8 @@ struct FrictionLanes<W, 1> {
   Lanes<W> coefficient;
   Lanes<W> normal_sum[1];
   Lanes<W> sum[2];
+  Lanes<W> twist_reach;  // m: coefficient times lever; most twist per push
+  Lanes<W> twist;        // N m s about the normal, of the whole step
 };
 
 template <int W, int P, bool kFull>

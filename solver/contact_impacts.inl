@@ -18,8 +18,9 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   if (!L::any(bounce.any)) return;
   Velocity a, b;
   velocities_at_touch(pass, block, a, b);
-  const V roll = add(mul(f.t1, load(block.full.rolling_sum[0])),
-                     mul(f.t2, load(block.full.rolling_sum[1])));
+  V roll =
+      add(mul(f.t1, load(block.full.rolling_sum[0])), mul(f.t2, load(block.full.rolling_sum[1])));
+  if constexpr (P == 1) roll = add(roll, mul(f.n, load(block.friction.twist)));
   apply(block, f.ca, f.cb, {none, none, none}, roll, a, b);
   a = select(timed, a, body_a.v);
   b = select(timed, b, body_b.v);
@@ -50,8 +51,8 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   torque = {none, none, none};
   if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
   apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
-  const F rest = L::select(
-      timed, L::set(pass.substep * pass.substeps) - load(block.full.touch), none);
+  const F rest =
+      L::select(timed, L::set(pass.substep * pass.substeps) - load(block.full.touch), none);
   next_a.linear = add(next_a.linear, mul(gather_acceleration(pass, block.row_a), rest));
   next_b.linear = add(next_b.linear, mul(gather_acceleration(pass, block.row_b), rest));
   body_a.v = select(bounce.any, next_a, body_a.v);
@@ -69,7 +70,7 @@ SKERRY_LANE M any_bounces(const ContactBlock<W, P, true>& block) {
 }
 
 // A bounce at its own time is solved from the velocities of then: what the substeps gave, to stop the
-// two, is forgotten, but for rolling resistance.
+// two, is forgotten, but for what resists rolling and spinning on the spot.
 template <int P>
 SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
   const F none = zero();
@@ -79,34 +80,34 @@ SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
 }
 
 // A point that moved off at first and was pressed by the turn that another gave the body would be stopped
-// at a gain of energy. The pushes p of the whole step are lessened together to what gives none, which is
+// at a gain of energy; so would be what friction has slowed, if it rebounds as it came. The pushes p of the whole step are lessened together to what gives none, which is
 // sum p (v + K p / 2) <= 0 with the velocities v without them and the couplings K.
 template <int P>
 SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn, F* change) {
-  if constexpr (P > 1) {
-    const F none = zero(), one = L::set(1.0f);
-    F given[P], total[P];
-    for (int i = 0; i < P; ++i) {
-      given[i] = load(block.friction.normal_sum[i]);
-      total[i] = given[i] + change[i];
-    }
-    F taken = none, back = none;
-    for (int i = 0; i < P; ++i) {
-      const F own = inverse_or_zero(load(block.points.mass[i]));
-      F by_given = own * given[i], by_total = own * total[i];
+  const F none = zero(), one = L::set(1.0f);
+  F given[P], total[P];
+  for (int i = 0; i < P; ++i) {
+    given[i] = load(block.friction.normal_sum[i]);
+    total[i] = given[i] + change[i];
+  }
+  F taken = none, back = none;
+  for (int i = 0; i < P; ++i) {
+    const F own = inverse_or_zero(load(block.points.mass[i]));
+    F by_given = own * given[i], by_total = own * total[i];
+    if constexpr (P > 1) {
       for (int j = 0; j < P; ++j) {
         if (j == i) continue;
         const F coupling = load(block.points.coupling[slot_of(i, j)]);
         by_given = by_given + coupling * given[j];
         by_total = by_total + coupling * total[j];
       }
-      taken = taken - total[i] * (vn[i] - by_given);
-      back = back + total[i] * by_total;
     }
-    const M gains = L::less(taken + taken, back);
-    const F part = L::max(taken + taken, none) / L::select(gains, back, one);
-    for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
+    taken = taken - total[i] * (vn[i] - by_given);
+    back = back + total[i] * by_total;
   }
+  const M gains = L::less(taken + taken, back);
+  const F part = L::max(taken + taken, none) / L::select(gains, back, one);
+  for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
 }
 
 // What a bounce asks of the points. The impulses so far are those of the whole step: where a
@@ -270,7 +271,8 @@ template <int P, bool kFull>
 SKERRY_LANE void move_to_impact(const ContactPass& pass, const LaneInput& input, Frame<P, kFull> f,
                                 const M& struck, ContactBlock<W, P, kFull>& block) {
   const F none = zero(), half = L::select(struck, L::set(0.5f), none);
-  const V shift = mul({L::load(input.shift[0]), L::load(input.shift[1]), L::load(input.shift[2])}, half);
+  const V shift =
+      mul({L::load(input.shift[0]), L::load(input.shift[1]), L::load(input.shift[2])}, half);
   f.ca = add(f.ca, shift);
   f.cb = sub(f.cb, shift);
   store3(f.ca, block.arm_a);

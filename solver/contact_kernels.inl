@@ -331,8 +331,8 @@ struct KernelsOf {
     return L::either(L::less(m[0], none), L::less(least, none));
   }
 
-  static constexpr int kPassRounds = 2;      // the next pass goes on from there
-  static constexpr int kBounceRounds = 32;   // there is no next; two ends of a rod: (2/3)^32
+  static constexpr int kPassRounds = 2;     // the next pass goes on from there
+  static constexpr int kBounceRounds = 32;  // there is no next; two ends of a rod: (2/3)^32
   // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
   // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
   // What gives way under an unusual load are the points' velocities together, by the same matrix as the
@@ -434,6 +434,9 @@ struct KernelsOf {
     }
     apply(block, f.ca, f.cb, push, torque, a, b);
     if constexpr (kRelax && kFull) roll(pass, block, f, a, b, impulse);
+    if constexpr (kRelax && P == 1) {
+      if (pass.last) twist_on_spot(block, f, a, b);
+    }
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
   }
@@ -501,6 +504,24 @@ struct KernelsOf {
       drag[2] = L::max(L::min(old - load(friction.twist_mass) * spin, limit), zero() - limit);
       torque = add(torque, mul(f.n, drag[2] - old));
     }
+  }
+
+  // Two bodies touch at a point by a small patch, which rubs where one spins on the other: once per
+  // step, up to what the pushes of all its substeps allow (docs/decisions/0026).
+  template <bool kFull>
+  SKERRY_LANE void twist_on_spot(ContactBlock<W, 1, kFull>& block, const Frame<1, kFull>& f,
+                                 Velocity& a, Velocity& b) {
+    auto& friction = block.friction;
+    const V turn_a = mul(load_sym(block.inertia_a), f.n),
+            turn_b = mul(load_sym(block.inertia_b), f.n);
+    const F gives = dot(f.n, add(turn_a, turn_b));
+    const F stop = (zero() - dot(f.n, sub(b.angular, a.angular))) / gives;
+    const F limit = load(friction.twist_reach) * load(friction.normal_sum[0]);
+    const F twist =
+        L::select(L::less(zero(), gives), L::max(L::min(stop, limit), zero() - limit), zero());
+    store(twist, friction.twist);
+    a.angular = sub(a.angular, mul(turn_a, twist));
+    b.angular = add(b.angular, mul(turn_b, twist));
   }
 
   // Rolling resistance: a torque about the tangents, up to coefficient (m) times the push.

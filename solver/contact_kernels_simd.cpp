@@ -17,14 +17,14 @@ const ContactKernels* kernels() { return reference_kernels(1); }
 #else
 namespace hn = hwy::HWY_NAMESPACE;
 
+#include "core/lane_rows-inl.h"
+
 #define SKERRY_LANE static inline __attribute__((always_inline))
 
 template <int kLanes>
 struct HighwayLanes {
   static constexpr int kWidth = kLanes;
   using D = hn::CappedTag<float, kLanes>;
-  using D4 = hn::CappedTag<float, 4>;
-  using D8 = hn::CappedTag<float, (kLanes < 8 ? kLanes : 8)>;
   using F = hn::Vec<D>;
   using M = hn::Mask<D>;
 
@@ -45,68 +45,15 @@ struct HighwayLanes {
     return hn::ConvertTo(D(), hn::BitCast(hn::RebindToSigned<D>(), bits));
   }
 
-  // Lanes i, i + 4, i + 8, ... hold the four floats at p[i], p[i + 4], ...
-  SKERRY_LANE F load_rows(const float* const* p) {
-    const D4 d4;
-    if constexpr (kLanes == 4) {
-      return hn::LoadU(d4, p[0]);
-    } else {
-      const D8 d8;
-      const auto low = hn::Combine(d8, hn::LoadU(d4, p[4]), hn::LoadU(d4, p[0]));
-      if constexpr (kLanes == 8) {
-        return low;
-      } else {
-        const auto high = hn::Combine(d8, hn::LoadU(d4, p[12]), hn::LoadU(d4, p[8]));
-        return hn::Combine(D(), high, low);
-      }
-    }
-  }
-  SKERRY_LANE void store_rows(const F& a, float* const* p) {
-    const D4 d4;
-    if constexpr (kLanes == 4) {
-      hn::StoreU(a, d4, p[0]);
-    } else {
-      const D8 d8;
-      const auto store8 = [d4](const auto& v, float* first, float* second) HWY_ATTR {
-        hn::StoreU(hn::LowerHalf(d4, v), d4, first);
-        hn::StoreU(hn::UpperHalf(d4, v), d4, second);
-      };
-      if constexpr (kLanes == 8) {
-        store8(a, p[0], p[4]);
-      } else {
-        store8(hn::LowerHalf(d8, a), p[0], p[4]);
-        store8(hn::UpperHalf(d8, a), p[8], p[12]);
-      }
-    }
-  }
-  // Transposes each 4x4 of the 128-bit blocks of four vectors.
-  SKERRY_LANE void transpose(F& r0, F& r1, F& r2, F& r3) {
-    const D d;
-    const hn::RepartitionToWide<D> wide;
-    const auto t0 = hn::BitCast(wide, hn::InterleaveLower(d, r0, r1));
-    const auto t1 = hn::BitCast(wide, hn::InterleaveLower(d, r2, r3));
-    const auto t2 = hn::BitCast(wide, hn::InterleaveUpper(d, r0, r1));
-    const auto t3 = hn::BitCast(wide, hn::InterleaveUpper(d, r2, r3));
-    r0 = hn::BitCast(d, hn::InterleaveLower(wide, t0, t1));
-    r1 = hn::BitCast(d, hn::InterleaveUpper(wide, t0, t1));
-    r2 = hn::BitCast(d, hn::InterleaveLower(wide, t2, t3));
-    r3 = hn::BitCast(d, hn::InterleaveUpper(wide, t2, t3));
-  }
-  SKERRY_LANE void gather(const float* const* p, F* out) {
-    for (int i = 0; i < 4; ++i) out[i] = load_rows(p + i);
-    transpose(out[0], out[1], out[2], out[3]);
-  }
+  using Rows = LaneRows<float, kLanes>;
+  SKERRY_LANE void gather(const float* const* p, F* out) { Rows::gather(p, out); }
   SKERRY_LANE void gather(const float* base, std::uint32_t stride, const std::uint32_t* index,
                           F* out) {
     const float* p[kLanes];
     for (int i = 0; i < kLanes; ++i) p[i] = base + std::size_t{index[i]} * stride;
     gather(p, out);
   }
-  SKERRY_LANE void scatter(const F* in, float* const* p) {
-    F r[4] = {in[0], in[1], in[2], in[3]};
-    transpose(r[0], r[1], r[2], r[3]);
-    for (int i = 0; i < 4; ++i) store_rows(r[i], p + i);
-  }
+  SKERRY_LANE void scatter(const F* in, float* const* p) { Rows::scatter(in, p); }
 };
 
 #include "solver/contact_kernels.inl"

@@ -287,7 +287,11 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   store(dot(f.t2, old), friction.impulse[1]);
   for (auto& sum : friction.normal_sum) store(none, sum);
   for (auto& sum : friction.sum) store(none, sum);
-  if constexpr (P > 1) store(tail[3], friction.impulse[2]);
+  if constexpr (P > 1) {
+    store(tail[3], friction.impulse[2]);
+  } else {
+    store(none, friction.twist);
+  }
 
   if constexpr (kFull) {
     for (int k = 0; k < 3; ++k) {
@@ -303,8 +307,18 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   relative_velocity(f, a, b, linear, angular);
   F vn[P];
   point_velocities(block, f, linear, angular, vn);
+  F accel_a[4], accel_b[4];
+  const float* base = floats(pass.base);
+  L::gather(base, 8, block.row_a, accel_a);
+  L::gather(base, 8, block.row_b, accel_b);
   const F acceleration =
-      dot(f.n, sub(gather_acceleration(pass, block.row_b), gather_acceleration(pass, block.row_a)));
+      dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
+  if constexpr (P == 1) {
+    const F lever_a = accel_a[3], lever_b = accel_b[3];
+    const F smaller = L::select(L::less(none, lever_b), L::min(lever_a, lever_b), lever_a);
+    store(load(friction.coefficient) * L::select(L::less(none, lever_a), smaller, lever_b),
+          friction.twist_reach);
+  }
   F pull = acceleration;  // until they touch
   if constexpr (kFull) pull = L::select(is_timed(block), none, acceleration);
   const F gained = pull * L::set(pass.substep * pass.substeps);
@@ -316,8 +330,8 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
     // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
     const M meets = L::both(there[i], L::less(vn[i] + L::min(gained, none), none));
-    const F square = L::select(
-        meets, L::max(vn[i] * vn[i] - (pull + pull) * L::max(s, none), none), none);
+    const F square =
+        L::select(meets, L::max(vn[i] * vn[i] - (pull + pull) * L::max(s, none), none), none);
     fastest = L::max(fastest, square);
     if constexpr (kFull) {
       const F e = material[1];
@@ -371,6 +385,8 @@ static void store_block(const void* memory, LaneOutput& output) {
     }
     torque = add(torque,
                  add(add(mul(f.t1, torque1), mul(f.t2, torque2)), mul(f.n, load(friction.sum[2]))));
+  } else {
+    torque = add(torque, mul(f.n, load(friction.twist)));
   }
   if constexpr (kFull) {
     rolling = add(mul(f.t1, load(block.full.rolling_impulse[0])),

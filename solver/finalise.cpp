@@ -22,9 +22,13 @@ using core::StepContext;
 
 double square(const Vec3& v) { return (v.x() * v.x() + v.y() * v.y()) + v.z() * v.z(); }
 
-bool is_slow(const BodyMotion& motion, const SleepSettings& sleep) {
-  return square(motion.linear) < sleep.linear_threshold * sleep.linear_threshold &&
-         square(motion.angular) < sleep.angular_threshold * sleep.angular_threshold;
+// A small ball turns fast where it rolls slowly: what counts then is how fast its surface moves.
+bool is_slow(const BodyMotion& motion, const core::BodyMass& mass, const SleepSettings& sleep) {
+  const double linear = sleep.linear_threshold * sleep.linear_threshold;
+  const double turn = square(motion.angular);
+  return square(motion.linear) < linear &&
+         (turn < sleep.angular_threshold * sleep.angular_threshold ||
+          (mass.radius > 0 && turn * (mass.radius * mass.radius) < linear));
 }
 
 // Whether gravity or a user's force acts on a body. Fields count as always acting.
@@ -49,7 +53,7 @@ float still_time_after(const StepContext& step, BodyIndex body, bool free) {
   if (bodies.flags[body] & core::kQuarantined)
     return core::rounded_to_float(step.settings->sleep.time);
   if (!(bodies.flags[body] & core::kAllowSleep)) return 0;
-  if (!is_slow(bodies.motion[body], step.settings->sleep)) return 0;
+  if (!is_slow(bodies.motion[body], bodies.mass[body], step.settings->sleep)) return 0;
   if (free && (drifts(bodies, body) || is_pushed(step, body))) return 0;
   if (bodies.still_time[body] == 0)
     bodies.still_energy[body] = core::kinetic_energy(bodies.motion[body], bodies.mass[body].mass);

@@ -7,6 +7,7 @@
 #include "core/assert.h"
 #include "core/growth.h"
 #include "core/rounding.h"
+#include "jobs/blocks.h"
 #include "solver/effect_watch.h"
 #include "solver/fast_watch.h"
 #include "solver/forces.h"
@@ -22,6 +23,7 @@ using namespace core;
 constexpr std::uint32_t kWideLaneGrain = 128;  // manifolds per task of a wide island: about 1 us
 constexpr std::uint32_t kWideBodyGrain = 256;  // rows; a multiple of kMaxWidth
 constexpr std::uint32_t kWideJointGrain = 64;  // joints per task
+constexpr std::uint32_t kCollectGrain = 1024;  // contacts per task
 constexpr std::uint32_t kUnbounded = 0x7fffffff;
 
 // Slower meetings count as resting: what they displace at substep resolution is far below a
@@ -33,19 +35,15 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // (docs/decisions/0007).
 constexpr double kStiffest = 0.175;  // contact_hertz times h
 
-// A contact gives way to what its load differs from what it has come to carry: enough to damp the slow
-// waves of tall piles, which warm starting alone leaves ringing. It comes to carry half of a load soon.
-// The other half would never come to an end where bodies lie on each other in loops, which do not fit
-// exactly: the pile would creep. Bodies that were placed on each other come to carry it too, so slowly
-// that it feeds no wave: they stay where they were put (docs/decisions/0023).
-constexpr float kCarriedShare = 0.5f;
+// Time in which contacts come to carry a load, and to bear it for good: so slowly that it feeds no wave.
 constexpr double kCarryTime = 1.5;  // s
 constexpr double kStandTime = 10;   // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
-// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2.
-constexpr double kSoftLoad = 1200;  // m/s^2
+// over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2, of which they
+// come to carry half at least.
+constexpr double kSoftLoad = 600;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
@@ -54,6 +52,10 @@ constexpr int kStrikePasses = 4, kReflectPasses = 8;
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
 constexpr double kJointsYield = 8;
+
+// A ball is flat over a hundredth of its radius where it touches, and pressed there as Hertz says: friction
+// about the normal has a mean lever of 3 pi / 16 of that (docs/decisions/0026). Of the ball inside a shape.
+constexpr float kPatchLever = 0.01f * 0.589f;
 
 // See effort_of.
 constexpr double kHeavyOnLight = 4;   // mass ratio from which a contact counts
@@ -127,6 +129,15 @@ void accept(Bodies& bodies, BodyIndex index, const BodyPose& pose, const BodyMot
   }
 }
 
+// Of a quaternion that is a unit one but for what a step's rounding and a small turn add. To third order,
+// which is below rounding, without a root and a division.
+Quat made_unit(Quat q) {
+  const double excess = q.squaredNorm() - 1;
+  if (std::fabs(excess) > 1e-5) return q.normalized();
+  q.coeffs() *= 1 - 0.5 * excess + 0.375 * excess * excess;
+  return q;
+}
+
 // Clears the components along locked axes; `first_lock` is kLockX or kLockRx.
 Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
   for (int k = 0; k < 3; ++k) {
@@ -138,7 +149,7 @@ Vec3 unlocked(Vec3 v, std::uint32_t flags, std::uint32_t first_lock) {
 }  // namespace
 
 void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
-                        const ContactKernels& kernels) {
+                        const ContactKernels& kernels, jobs::Task& task) {
   step_ = &step;
   group_ = group;
   kernels_ = &kernels;
@@ -146,8 +157,9 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   block_grain_ = wide ? kWideLaneGrain / kernels.width : kUnbounded;
   body_grain_ = wide ? kWideBodyGrain : kUnbounded - kMaxWidth + 1;
   assign_rows();
-  collect_contacts();
+  collect(task);
   set_efforts();
+  set_standing_loads();
   set_constants();
   set_impact_times();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
@@ -167,69 +179,110 @@ void GroupSolver::assign_rows() {
   body_.resize(row_count_);
   body_[0] = kNone;
   has_locks_ = false;
+  double lightest = 1e300, heaviest = 0;
   for (std::uint32_t row = 1; row < row_count_; ++row) {
     body_[row] = islands.bodies[first_body_ + row - 1];
     has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
   }
+  unequal_masses_ = heaviest >= kHeavyOnLight * lightest;
   for (const std::uint32_t kinematic : used_kinematics_) kinematic_row_[kinematic] = 0;
   used_kinematics_.clear();
   grow(kinematic_row_, step_->solver->islands.kinematics.size());
 }
 
-// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
-// first met; all others share row 0.
 std::uint32_t GroupSolver::row_of(BodyIndex body) {
   const std::uint32_t slot = body == kNone ? kNone : step_->solver->islands.slot[body];
+  const std::uint32_t row = row_in(slot);
+  return row == kNone ? seat(slot & ~kKinematicSlot, body) : row;
+}
+
+// Dynamic bodies of the group have their rows already; a kinematic one gets its row when it is
+// first met (kNone until then); all others share row 0.
+std::uint32_t GroupSolver::row_in(std::uint32_t slot) const {
   if (slot == kNone) return 0;
   if (!(slot & kKinematicSlot)) {
     SKERRY_ASSERT(slot - first_body_ < body_count_, "a contact or joint leaves its island");
     return slot - first_body_ + 1;
   }
-  const std::uint32_t kinematic = slot & ~kKinematicSlot;
-  if (kinematic_row_[kinematic] == 0) {
-    kinematic_row_[kinematic] = row_count_++;
-    used_kinematics_.push_back(kinematic);
-    body_.push_back(body);
-  }
+  const std::uint32_t row = kinematic_row_[slot & ~kKinematicSlot];
+  return row == 0 ? kNone : row;
+}
+
+std::uint32_t GroupSolver::seat(std::uint32_t kinematic, BodyIndex body) {
+  kinematic_row_[kinematic] = row_count_++;
+  used_kinematics_.push_back(kinematic);
+  body_.push_back(body);
   return kinematic_row_[kinematic];
 }
 
-void GroupSolver::collect_contacts() {
+void GroupSolver::collect(jobs::Task& task) {
   const Islands& islands = *step_->islands;
-  const ContactTable& table = *step_->contacts;
   const Island& first = islands.islands[group_.first];
   const Island& last = islands.islands[group_.first + group_.count - 1];
-  const std::uint32_t begin = first.first_contact;
-  const std::uint32_t count = last.first_contact + last.contact_count - begin;
-  grow(contacts_, count);
-  grow(row_a_, count);
-  grow(row_b_, count);
-  contact_count_ = count;
-  has_bounces_ = false;
+  first_contact_ = first.first_contact;
+  contact_count_ = last.first_contact + last.contact_count - first_contact_;
+  grow(contacts_, contact_count_);
+  grow(row_a_, contact_count_);
+  grow(row_b_, contact_count_);
   bounces_.store(false, std::memory_order_relaxed);
-  const ContactRef* refs = islands.contacts.data() + begin;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const ContactRef ahead = refs[std::min(i + kPrefetch, count - 1)];
-    prefetch(table.manifolds[ahead.manifold]);
-    prefetch(table.pairs[ahead.pair]);
-    const ContactPair& pair = table.pairs[refs[i].pair];
-    const Manifold& manifold = table.manifolds[refs[i].manifold];
-    row_a_[i] = row_of(pair.body_a);
-    row_b_[i] = row_of(pair.body_b);
-    const Vec3 offset = center_of(pair.body_b) - center_of(pair.body_a);
-    contacts_[i] = {{offset.x(), offset.y(), offset.z()},
-                    refs[i].manifold,
-                    kind_of(manifold, row_a_[i], row_b_[i]),
-                    0};
-    has_bounces_ = has_bounces_ || manifold.restitution > 0;
-  }
+  has_bounces_.store(false, std::memory_order_relaxed);
+  has_placed_.store(false, std::memory_order_relaxed);
+  meets_kinematics_.store(false, std::memory_order_relaxed);
+  const std::uint32_t grain = group_.kind == GroupKind::wide ? kCollectGrain : kUnbounded;
+  jobs::run_blocks(task, contact_count_ == 0 ? 0 : (contact_count_ - 1) / grain + 1,
+                   [&](std::uint32_t block, std::uint32_t) {
+                     const std::uint32_t begin = block * grain;
+                     collect_contacts(begin, begin + std::min(grain, contact_count_ - begin));
+                   });
+  if (meets_kinematics_.load(std::memory_order_relaxed)) seat_kinematics();
   joints_.collect(*step_, group_.first, group_.count,
                   [this](BodyIndex body) { return row_of(body); });
 }
 
+void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
+  const ContactTable& table = *step_->contacts;
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
+  const std::uint32_t* slots = step_->solver->islands.slot.data();
+  bool bounces = false, placed = false, kinematics = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const ContactRef ahead = refs[std::min(i + kPrefetch, contact_count_ - 1)];
+    prefetch(table.manifolds[ahead.manifold]);
+    prefetch(table.pairs[ahead.pair]);
+    const ContactPair& pair = table.pairs[refs[i].pair];
+    const Manifold& manifold = table.manifolds[refs[i].manifold];
+    const std::uint32_t slot_a = slots[pair.body_a], slot_b = slots[pair.body_b];
+    row_a_[i] = row_in(slot_a);
+    row_b_[i] = row_in(slot_b);
+    const Vec3 offset = center_in(slot_b, pair.body_b) - center_in(slot_a, pair.body_a);
+    contacts_[i] = {{offset.x(), offset.y(), offset.z()},
+                    refs[i].manifold,
+                    kind_of(manifold, row_a_[i], row_b_[i]),
+                    0,
+                    is_loose(manifold)};
+    bounces = bounces || manifold.restitution > 0;
+    placed = placed || manifold.begins;
+    kinematics = kinematics || row_a_[i] == kNone || row_b_[i] == kNone;
+  }
+  if (bounces) has_bounces_.store(true, std::memory_order_relaxed);
+  if (placed) has_placed_.store(true, std::memory_order_relaxed);
+  if (kinematics) meets_kinematics_.store(true, std::memory_order_relaxed);
+}
+
+void GroupSolver::seat_kinematics() {
+  const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
+  for (std::uint32_t i = 0; i < contact_count_; ++i) {
+    const ContactPair& pair = step_->contacts->pairs[refs[i].pair];
+    if (row_a_[i] == kNone) row_a_[i] = row_of(pair.body_a);
+    if (row_b_[i] == kNone) row_b_[i] = row_of(pair.body_b);
+  }
+}
+
 // Impacts among several bodies of an island all happen when the first of them does.
 void GroupSolver::set_impact_times() {
-  if (!has_bounces_ || !joints_.empty()) return;
+  if (!has_bounces_.load(std::memory_order_relaxed) || !joints_.empty()) return;
   core::refill(impact_time_, row_count_, 0.0f);
   std::uint32_t contact = 0, row = 1;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
@@ -264,13 +317,62 @@ void GroupSolver::set_efforts() {
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
     const std::uint32_t end = begin + step_->islands->islands[group_.first + i].contact_count;
-    const double ratio = heavy_on_light(begin, end);
+    const double ratio = unequal_masses_ ? heavy_on_light(begin, end) : 0;
     const std::uint8_t effort = effort_of(ratio, end - begin);
     yields_.push_back(ratio > kJointsYield);
     for (std::uint32_t k = begin; effort > 0 && k < end; ++k) contacts_[k].effort = effort;
     efforts_ = std::max(efforts_, effort + 1u);
     begin = end;
   }
+}
+
+// What was put on each other in this step begins with the loads of statics, joints aside.
+void GroupSolver::set_standing_loads() {
+  const Vec3& gravity = step_->settings->gravity;
+  if (!has_placed_.load(std::memory_order_relaxed) || !(gravity.norm() > 0)) return;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  std::uint32_t begin = 0;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = step_->islands->islands[group_.first + i];
+    const std::uint32_t end = begin + island.contact_count;
+    if (island.joint_count == 0) {
+      standing_loads_.begin(row_count_, gravity, h);
+      add_standing_bodies(island);
+      for (std::uint32_t k = begin; k < end; ++k) add_support(k);
+      standing_loads_.share();
+    }
+    begin = end;
+  }
+}
+
+void GroupSolver::add_standing_bodies(const Island& island) {
+  const Bodies& bodies = *step_->bodies;
+  const double gravity = step_->settings->gravity.norm();
+  for (std::uint32_t k = 0; k < island.body_count; ++k) {
+    const std::uint32_t row = island.first_body + k - first_body_ + 1;
+    const core::BodyMass& mass = bodies.mass[body_[row]];
+    standing_loads_.add_body(row, mass.mass * mass.gravity_scale * gravity);
+  }
+}
+
+// Locks bear what they are given.
+void GroupSolver::add_support(std::uint32_t index) {
+  const Bodies& bodies = *step_->bodies;
+  const Vec3& gravity = step_->settings->gravity;
+  Manifold& manifold = step_->contacts->manifolds[contacts_[index].manifold];
+  const double down = gravity.dot(to_double(manifold.normal));  // positive: b lies below a
+  if (std::abs(down) <= kRestsOn * gravity.norm()) return;
+  const bool a_rests = down > 0;
+  const std::uint32_t above = a_rests ? row_a_[index] : row_b_[index];
+  const std::uint32_t below = a_rests ? row_b_[index] : row_a_[index];
+  if (above - 1 >= body_count_ || (bodies.flags[body_[above]] & kLockMask) != 0) return;
+  const bool yields = below - 1 < body_count_ && (bodies.flags[body_[below]] & kLockMask) == 0;
+  const double* o = contacts_[index].offset;
+  const Vec3 from_a = Vec3::Zero(), from_b = -Vec3(o[0], o[1], o[2]);
+  standing_loads_.add({above,
+                       yields ? below : StandingLoads::kGround,
+                       &manifold,
+                       {a_rests ? from_a : from_b, a_rests ? from_b : from_a}});
 }
 
 // How many times heavier than the lightest the heaviest of those bodies is that rest on a lighter one;
@@ -304,6 +406,13 @@ std::uint8_t GroupSolver::effort_of(double ratio, std::uint32_t contacts) {
   return effort;
 }
 
+// Whether some of its four points were free at the end of the last step.
+bool GroupSolver::is_loose(const Manifold& manifold) {
+  const float* impulse = manifold.normal_impulse;
+  return manifold.point_count < 4 ||
+         std::min(std::min(impulse[0], impulse[1]), std::min(impulse[2], impulse[3])) <= 0;
+}
+
 ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
                                  std::uint32_t row_b) const {
   const auto locked = [this](std::uint32_t row) {
@@ -316,11 +425,10 @@ ContactKind GroupSolver::kind_of(const Manifold& manifold, std::uint32_t row_a,
   return one ? ContactKind::point1 : ContactKind::points4;
 }
 
-const Vec3& GroupSolver::center_of(BodyIndex body) const {
-  const IslandScratch& islands = step_->solver->islands;
-  const std::uint32_t slot = islands.slot[body];
-  return slot != kNone && slot & kKinematicSlot ? islands.kinematics[slot & ~kKinematicSlot].center
-                                                : step_->bodies->pose[body].center;
+const Vec3& GroupSolver::center_in(std::uint32_t slot, BodyIndex body) const {
+  return slot != kNone && slot & kKinematicSlot
+             ? step_->solver->islands.kinematics[slot & ~kKinematicSlot].center
+             : step_->bodies->pose[body].center;
 }
 
 void GroupSolver::set_constants() {
@@ -357,24 +465,32 @@ void GroupSolver::set_constants() {
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
   stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
+  unbooked_pass_ = pass_;
+  unbooked_pass_.books = false;
+  last_pass_ = pass_;
+  last_pass_.last = true;
 }
 
-// Counting sort by (effort, colour, kind), stable, each bucket padded to whole blocks.
+// Counting sort by (effort, colour, kind, loose), stable, each kind padded to whole blocks.
 void GroupSolver::bucket_contacts() {
   const std::uint32_t width = kernels_->width;
-  const std::size_t buckets = std::size_t{efforts_} * colouring_.colours * kContactKinds;
-  core::refill(bucket_, buckets + 1, 0u);
+  const std::size_t kinds = std::size_t{efforts_} * colouring_.colours * kContactKinds;
+  core::refill(bucket_, 2 * kinds, 0u);
   const auto key = [this](std::uint32_t contact) {
     const Contact& c = contacts_[contact];
-    return (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
-           static_cast<std::uint32_t>(c.kind);
+    const std::uint32_t kind =
+        (c.effort * colouring_.colours + colouring_.colour[contact]) * kContactKinds +
+        static_cast<std::uint32_t>(c.kind);
+    return 2 * kind + (c.loose ? 1 : 0);
   };
   for (std::uint32_t i = 0; i < contact_count_; ++i) ++bucket_[key(i)];
   std::uint32_t first = 0;
-  for (std::uint32_t& size : bucket_) {
-    const std::uint32_t padded = (size + width - 1) / width * width;
-    size = first;
-    first += padded;
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    std::uint32_t* sizes = &bucket_[2 * kind];
+    const std::uint32_t firm = sizes[0], all = firm + sizes[1];
+    sizes[0] = first;
+    sizes[1] = first + firm;
+    first += (all + width - 1) / width * width;
   }
   core::refill(lanes_, first, kNone);
   chunks_.clear();
@@ -389,7 +505,7 @@ void GroupSolver::make_chunks() {
   for (std::uint32_t colour = 0; colour < efforts_ * colouring_.colours; ++colour) {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       // After sorting bucket_ holds the end of each bucket's contacts.
-      const std::uint32_t end = bucket_[colour * kContactKinds + kind];
+      const std::uint32_t end = bucket_[2 * (colour * kContactKinds + kind) + 1];
       std::uint32_t blocks = end > lane ? (end - lane + width - 1) / width : 0;
       while (blocks > 0) {
         const std::uint32_t count = std::min(blocks, block_grain_);
@@ -410,8 +526,6 @@ void GroupSolver::add_phase(Op op) {
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
       op == Op::close_velocities || op == Op::rebalance) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
-  } else if (op == Op::prepare) {
-    blocks = static_cast<std::uint32_t>(chunks_.size());
   } else if (op == Op::prepare_joints || op == Op::store_joints) {
     blocks = joints_.chunks();
   }
@@ -442,7 +556,6 @@ void GroupSolver::list_phases() {
   phases_.clear();
   substep_ = 0;
   add_phase(Op::gather);
-  add_phase(Op::prepare);
   add_phase(Op::prepare_joints);
   const auto substeps = static_cast<std::uint32_t>(step_->settings->solver.substeps);
   for (; substep_ < substeps; ++substep_) {
@@ -451,7 +564,8 @@ void GroupSolver::list_phases() {
     const bool repeats = substep_ > 0 && joints_.empty();
     add_phase(repeats ? Op::integrate_and_repeat : Op::integrate_velocities);
     add_joint_colours(Op::warm_start_joints);
-    if (!repeats) add_colours(Op::warm_start);
+    // A block is written by the worker that will work on it: both go by colours.
+    if (!repeats) add_colours(substep_ == 0 ? Op::prepare_and_start : Op::warm_start);
     add_joint_colours(Op::solve_joints);
     add_colours(Op::solve);
     if (contact_count_ > 0) add_joint_colours(Op::answer_joints);
@@ -463,14 +577,14 @@ void GroupSolver::list_phases() {
     add_phase(Op::close_velocities);
     add_joint_colours(Op::close_joints);
   }
-  if (has_bounces_ && joints_.empty()) {
+  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_colours(Op::count_pushes);
     for (int i = 0; i < kStrikePasses; ++i) add_colours(Op::strike);
     add_colours(Op::take_back);
     add_phase(Op::rebalance);
     for (int i = 0; i < kReflectPasses; ++i) add_colours(Op::reflect);
   }
-  if (has_bounces_) add_colours(Op::restitute);
+  if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
   add_colours(Op::store);
   add_phase(Op::store_joints);
   add_phase(Op::finish);
@@ -527,14 +641,15 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* blocks = block_memory() + chunk.memory;
   switch (phase.op) {
-    case Op::prepare:
-      return prepare_chunk(chunk);
+    case Op::prepare_and_start:
+      prepare_chunk(chunk);
+      return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::warm_start:
       return kernel.warm_start(pass_, blocks, chunk.count);
     case Op::solve:
       return kernel.solve(pass_, blocks, chunk.count);
     case Op::relax:
-      return relax(phase, kernel, blocks, chunk.count);
+      return kernel.relax(relax_pass(phase), blocks, chunk.count);
     case Op::count_pushes:
       return kernel.count_pushes(pass_, blocks, chunk.count);
     case Op::strike:
@@ -550,12 +665,11 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
   }
 }
 
-void GroupSolver::relax(const Phase& phase, const ContactKernels::OfKind& kernel, std::byte* blocks,
-                        std::uint32_t count) {
-  ContactPass pass = pass_;
-  pass.books = phase.books;
-  pass.last = phase.substep + 1 == substep_;
-  kernel.relax(pass, blocks, count);
+const ContactPass& GroupSolver::relax_pass(const Phase& phase) const {
+  if (!phase.books) return unbooked_pass_;
+  const bool last =
+      phase.substep + 1 == static_cast<std::uint32_t>(step_->settings->solver.substeps);
+  return last ? last_pass_ : pass_;
 }
 
 void GroupSolver::run_joints(const Phase& phase, std::uint32_t block) {
@@ -644,7 +758,8 @@ void GroupSolver::gather_body(std::uint32_t row) {
   start_[row] = {to_float(motion.linear), 0, to_float(motion.angular), 0};
   velocity_[row] = start_[row];
   const Vec3 acceleration = force.force * mass.inv_mass;
-  base_[row] = {to_float(acceleration), 0, to_float(pose.orientation)};
+  base_[row] = {to_float(acceleration), kPatchLever * mass.inner_radius,
+                to_float(pose.orientation)};
 
   const bool isotropic = (flags & kIsotropic) != 0;
   const bool round = isotropic && !(flags & kLockMask);
@@ -783,8 +898,7 @@ double GroupSolver::time_of_impacts(std::uint32_t contact) const {
 
 // N m, external.
 Vec3 GroupSolver::torque_on(std::uint32_t row) const {
-  return (outlook_[row].angular_momentum -
-          step_->bodies->motion[body_[row]].angular_momentum) /
+  return (outlook_[row].angular_momentum - step_->bodies->motion[body_[row]].angular_momentum) /
          step_->dt;
 }
 
@@ -850,7 +964,8 @@ GroupSolver::Spin GroupSolver::spin_after(std::uint32_t row, double time) const 
   if (flags & kIsotropic)
     return {mass_[row].inv_inertia, to_float(Vec3(momentum * mass.inv_inertia_b(0, 0)))};
   const Mat3 inverse = inv_inertia_w(
-      mass, orientation_after(time, mass, flags, step_->bodies->pose[body].orientation, start, torque),
+      mass,
+      orientation_after(time, mass, flags, step_->bodies->pose[body].orientation, start, torque),
       flags);
   return {rounded(inverse), to_float(Vec3(inverse * momentum))};
 }
@@ -879,10 +994,12 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
 
 // `load`: N s of a mean point in a substep.
 void GroupSolver::carry(Manifold& manifold, float load) const {
-  if (manifold.placed)
-    manifold.standing_impulse += stand_part_ * (load - manifold.standing_impulse);
-  const float usual =
-      manifold.standing_impulse + kCarriedShare * (load - manifold.standing_impulse);
+  manifold.begins = false;
+  if (manifold.placed) {
+    const float change = kStandingShare * load - manifold.standing_impulse;
+    manifold.standing_impulse += (change < 0 ? carry_part_ : stand_part_) * change;
+  }
+  const float usual = carried_of(load, manifold.standing_impulse);
   manifold.carried_impulse += carry_part_ * (usual - manifold.carried_impulse);
 }
 
@@ -997,13 +1114,33 @@ double GroupSolver::time_of_impact(std::uint32_t row) const {
   return ledger.several ? -1 : double(ledger.bounce_time);
 }
 
-// Where the substeps have brought a body.
-BodyPose GroupSolver::pose_of(std::uint32_t row) const {
-  const BodyPose& pose = step_->bodies->pose[body_[row]];
+// Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.
+BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
+                                       const Vec3& spin) const {
+  const BodyIndex index = body_[row];
+  const BodyPose& pose = step_->bodies->pose[index];
+  const BodyMotion& motion = step_->bodies->motion[index];
+  const double radius = step_->bodies->mass[index].radius;
+  const Ledger& ledger = ledger_[row];
   const DeltaRow& delta = delta_[row];
-  const Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
-                  double(delta.rotation.z));
-  return {pose.center + to_double(delta.translation), Quat(turn * pose.orientation).normalized()};
+  BodyPose next;
+  next.center = pose.center + to_double(delta.translation);
+  Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+            double(delta.rotation.z));
+  // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
+  // back where the change is the work of forces; an impact's place is exact as it is.
+  const Vec3 change = ledger.held.free_part(linear - motion.linear);
+  const Vec3 turn_change = ledger.held.free_turn(spin - motion.angular);
+  const double limit = static_cast<double>(outlook_[row].smooth_change), square = limit * limit;
+  if (!ledger.impact && change.squaredNorm() <= square &&
+      turn_change.squaredNorm() * (radius * radius) <= square) {
+    const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
+    next.center -= half * change;
+    const Vec3 back = -0.5 * half * turn_change;
+    turn = Quat(1, back.x(), back.y(), back.z()) * turn;
+  }
+  next.orientation = made_unit(turn * pose.orientation);
+  return next;
 }
 
 // Where a body comes that flies freely to its impact, and on from it.
@@ -1018,8 +1155,7 @@ BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
   const Vec3 impulse(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]);
   const Vec3 spin(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
   const Vec3 torque = torque_on(row);
-  const Quat there =
-      orientation_after(time, mass, flags, pose.orientation, momentum, torque);
+  const Quat there = orientation_after(time, mass, flags, pose.orientation, momentum, torque);
   return {pose.center + way(row, step_->dt) + (rest * mass.inv_mass) * impulse,
           orientation_after(rest, mass, flags, there, momentum + time * torque + spin, torque)};
 }
@@ -1028,22 +1164,13 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   Bodies& bodies = *step_->bodies;
   const std::uint32_t flags = bodies.flags[index];
-  const BodyMotion& motion = bodies.motion[index];
   const BodyMass& mass = bodies.mass[index];
   const Ledger& ledger = ledger_[row];
   const Outlook& outlook = outlook_[row];
-  const double impact = time_of_impact(row);
-  BodyPose next = impact < 0 ? pose_of(row) : pose_after_impact(row, impact);
-
-  const bool round = (flags & kIsotropic) && !(flags & kLockMask);
-  const auto to_angular = [&](const Vec3& momentum, const Quat& q) -> Vec3 {
-    if (round) return momentum * mass.inv_inertia_b(0, 0);
-    return inv_inertia_w(mass, q, flags) * momentum;
-  };
+  const Vec3 spin = to_double(velocity_[row].angular);
   BodyMotion after;
   if (outlook.from_rows) {
     after.linear = to_double(velocity_[row].linear);
-    after.angular = to_double(velocity_[row].angular);
   } else {
     after.linear =
         outlook.linear +
@@ -1052,24 +1179,18 @@ void GroupSolver::finish_body(std::uint32_t row) {
     after.angular_momentum =
         outlook.angular_momentum +
         Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
-    after.angular = to_angular(after.angular_momentum, next.orientation);
   }
 
-  // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
-  // back where the change is the work of forces; an impact's place is exact as it is.
-  const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
-  const Vec3 turn_change = ledger.held.free_turn(after.angular - motion.angular);
-  const double limit = static_cast<double>(outlook.smooth_change);
-  if (impact < 0 && !ledger.impact && change.norm() <= limit && turn_change.norm() * mass.radius <= limit) {
-    const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
-    next.center -= half * change;
-    const Vec3 back = -0.5 * half * turn_change;
-    next.orientation = Quat(Quat(1, back.x(), back.y(), back.z()) * next.orientation).normalized();
-    if (!outlook.from_rows) after.angular = to_angular(after.angular_momentum, next.orientation);
-  }
+  const double impact = time_of_impact(row);
+  const BodyPose next =
+      impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
+  after.angular = outlook.from_rows
+                      ? spin
+                      : angular_velocity(mass, flags, next.orientation, after.angular_momentum);
   if (outlook.from_rows) {
-    after.angular_momentum = round ? Vec3(after.angular * mass.inertia_b(0, 0))
-                                   : Vec3(inertia_w(mass, next.orientation) * after.angular);
+    after.angular_momentum = flags & kIsotropic
+                                 ? Vec3(after.angular * mass.inertia_b(0, 0))
+                                 : Vec3(inertia_w(mass, next.orientation) * after.angular);
   } else if (flags & (kLockRx | kLockRy | kLockRz)) {
     after.angular_momentum = inertia_w(mass, next.orientation) * after.angular;
   }

@@ -16,14 +16,15 @@
 #include "solver/held_directions.h"
 #include "solver/joint_solver.h"
 #include "solver/solver_body.h"
+#include "solver/standing_loads.h"
 
 namespace skerry::solver {
 
 class GroupSolver final : public jobs::PhaseProgram {
  public:
-  // Rows, colours and phases for the islands of `group`; serial. The step must outlive the phases.
+  // Rows, colours and phases for the islands of `group`. The step must outlive the phases.
   void begin(const core::StepContext& step, const core::IslandGroup& group,
-             const ContactKernels& kernels);
+             const ContactKernels& kernels, jobs::Task& task);
 
   std::uint32_t phase_count() const override { return static_cast<std::uint32_t>(phases_.size()); }
   std::uint32_t block_count(std::uint32_t phase) const override { return phases_[phase].blocks; }
@@ -35,10 +36,10 @@ class GroupSolver final : public jobs::PhaseProgram {
  private:
   enum class Op : std::uint8_t {
     gather,
-    prepare,
     prepare_joints,
     integrate_velocities,
     integrate_and_repeat,
+    prepare_and_start,
     warm_start,
     warm_start_joints,
     solve,
@@ -76,7 +77,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   // What contacts gave to a body over the step, in double.
   struct alignas(64) Ledger {
     double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
-    float bounce_time = -1;  // s, of the bounce, if one has been booked
+    float bounce_time = -1;                           // s, of the bounce, if one has been booked
     bool pushed = false, impact = false, several = false;
     HeldDirections held;
   };
@@ -92,6 +93,9 @@ class GroupSolver final : public jobs::PhaseProgram {
     std::uint32_t manifold;
     ContactKind kind;
     std::uint8_t effort;  // its island's: 2^effort passes instead of one
+    // Manifolds that are likely to need the same of solve_normals lie side by side in blocks. No lane
+    // knows its neighbours: a matter of speed alone.
+    bool loose;
   };
   struct alignas(64) Memory {
     std::byte bytes[64];
@@ -99,14 +103,23 @@ class GroupSolver final : public jobs::PhaseProgram {
 
   void set_constants();
   void assign_rows();
-  void collect_contacts();
+  void collect(jobs::Task& task);
+  void collect_contacts(std::uint32_t begin, std::uint32_t end);
+  void seat_kinematics();
   void set_efforts();
+  void set_standing_loads();
+  void add_standing_bodies(const core::Island& island);
+  void add_support(std::uint32_t contact);
   double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
   static std::uint8_t effort_of(double ratio, std::uint32_t contacts);
+  static bool is_loose(const core::Manifold& manifold);
   ContactKind kind_of(const core::Manifold& manifold, std::uint32_t row_a,
                       std::uint32_t row_b) const;
   std::uint32_t row_of(core::BodyIndex body);
-  const Vec3& center_of(core::BodyIndex body) const;
+  std::uint32_t seat(std::uint32_t kinematic, core::BodyIndex body);
+  // Row (kNone: not seated yet) and centre of a body whose slot in IslandScratch is known.
+  std::uint32_t row_in(std::uint32_t slot) const;
+  const Vec3& center_in(std::uint32_t slot, core::BodyIndex body) const;
   void bucket_contacts();
   void make_chunks();
   void list_phases();
@@ -138,7 +151,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   Vec3 offset_after(std::uint32_t contact, double from, double time) const;
   Vec3 torque_on(std::uint32_t row) const;
   double time_of_impact(std::uint32_t row) const;
-  core::BodyPose pose_of(std::uint32_t row) const;
+  core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
   core::BodyPose pose_after_impact(std::uint32_t row, double time) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
@@ -152,8 +165,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void integrate_positions(std::uint32_t begin, std::uint32_t end);
   void finish_jointed(std::uint32_t row);
   void run_contacts(const Phase& phase, const Chunk& chunk);
-  void relax(const Phase& phase, const ContactKernels::OfKind& kernel, std::byte* blocks,
-             std::uint32_t count);
+  const ContactPass& relax_pass(const Phase& phase) const;
   static bool is_bounce(Op op);
   void take_back_chunk(const Chunk& chunk);
   void rebalance_rows(std::uint32_t begin, std::uint32_t end);
@@ -161,12 +173,16 @@ class GroupSolver final : public jobs::PhaseProgram {
   const core::StepContext* step_ = nullptr;
   core::IslandGroup group_;
   const ContactKernels* kernels_ = nullptr;
-  ContactPass pass_;
+  ContactPass pass_, unbooked_pass_, last_pass_;
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  bool has_bounces_ = false, has_locks_ = false;
-  std::atomic<bool> bounces_ = false;  // in this step; has_bounces_: their materials would
+  bool has_locks_ = false;
+  bool unequal_masses_ = false;  // some body is kHeavyOnLight times as heavy as another
+  // Of the contacts: whether materials bounce, whether some begin with their bodies at rest, whether
+  // kinematic bodies have no rows yet.
+  std::atomic<bool> has_bounces_ = false, has_placed_ = false, meets_kinematics_ = false;
+  std::atomic<bool> bounces_ = false;  // in this step
   // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
   float carry_part_ = 0, stand_part_ = 0;
 
@@ -182,13 +198,14 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<std::uint32_t> kinematic_row_;  // [kinematics of the step] or 0
   std::vector<std::uint32_t> used_kinematics_;
 
-  std::uint32_t contact_count_ = 0;
+  std::uint32_t first_contact_ = 0, contact_count_ = 0;  // in Islands::contacts
   std::vector<Contact> contacts_;
+  StandingLoads standing_loads_;
   std::vector<std::uint32_t> row_a_, row_b_;
   Colouring colouring_;
   std::uint32_t efforts_ = 1;          // one more than the highest of the group
   std::vector<std::uint8_t> yields_;   // [islands of the group] joints do not answer contacts
-  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind)] first lane
+  std::vector<std::uint32_t> bucket_;  // [(effort, colour, kind, loose)] first lane
   std::vector<std::uint32_t> lanes_;   // contact of each lane, kNone: padding
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> colour_chunks_;  // [(effort, colour) + 1] first chunk

@@ -15,8 +15,8 @@ class HeldDirections {
   // Of a contact that pushed; `normal` is a unit vector of either sign.
   void hold(const core::V3f& normal, bool several_points) {
     if (several_points) hold_turns(normal);
+    if (count_ > 2 || (count_ > 0 && same(direction_[0], normal))) return;
     core::V3f rest = normal;
-    if (count_ > 2) return;
     for (std::uint8_t k = 0; k < count_; ++k)
       rest = rest - direction_[k] * core::dot(direction_[k], rest);
     const float squared = core::dot(rest, rest);
@@ -47,13 +47,17 @@ class HeldDirections {
   static constexpr float kSameDirection = 0.01f;  // square of the sine of 6 degrees
   enum class Turn : std::uint8_t { any, about_axis, none };
 
+  static bool same(const core::V3f& a, const core::V3f& b) {
+    const float cosine = core::dot(a, b);
+    return 1 - cosine * cosine < kSameDirection;
+  }
+
   void hold_turns(const core::V3f& normal) {
     if (turn_ == Turn::any) {
       turn_ = Turn::about_axis;
       axis_ = normal;
-    } else if (turn_ == Turn::about_axis) {
-      const core::V3f across = core::cross(axis_, normal);
-      if (core::dot(across, across) > kSameDirection) turn_ = Turn::none;
+    } else if (turn_ == Turn::about_axis && !same(axis_, normal)) {
+      turn_ = Turn::none;
     }
   }
 

@@ -46,7 +46,7 @@ void solve_islands(const StepContext& step, IndexRange groups, Task& task) {
     switch (has_joints(*step.islands, group) ? SolverKind::soft_step_tgs
                                              : step.settings->solver.kind) {
       case SolverKind::soft_step_tgs:
-        step.solver->groups[worker].begin(step, group, *step.solver->kernels);
+        step.solver->groups[worker].begin(step, group, *step.solver->kernels, task);
         run(step.solver->groups[worker], group, task);
         break;
       case SolverKind::pgs:

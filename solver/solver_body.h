@@ -28,8 +28,8 @@ struct alignas(32) MassRow {
 };
 struct alignas(32) BaseRow {
   core::V3f acceleration;  // m/s^2, external (gravity, forces), frozen over the step
-  float pad;
-  core::Q4f orientation;  // at the start of the step
+  float patch_lever;       // m: of friction about the normal where it touches at one point; 0: none
+  core::Q4f orientation;   // at the start of the step
 };
 
 // Views of the rows of one group, [count]. Row 0 is a dummy: fixed bodies and padding lanes map to

@@ -103,6 +103,7 @@ struct PairWorld {
     collider.type = type;
     collider.body = body;
     collider.size = {0.5f, 0.5f, 0.5f};
+    collider.turn_radius = 1;
     collider.hull = hull.get();
     collider.mesh = mesh.get();
     colliders.rows.push_back(collider);

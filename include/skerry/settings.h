@@ -92,7 +92,7 @@ struct SolverSettings {
 struct SleepSettings {
   bool enabled = true;
   double linear_threshold = 0.05;   // m/s
-  double angular_threshold = 0.05;  // rad/s
+  double angular_threshold = 0.05;  // rad/s; or turning moves no point faster than linear_threshold
   double time = 0.5;                // s below both before an island sleeps
 };
 

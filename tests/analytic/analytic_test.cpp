@@ -353,6 +353,40 @@ TEST_P(BothSteps, small_bodies_roll_down_an_incline_as_large_ones) {
   }
 }
 
+// A ball that spins on one spot: Coulomb friction over a patch of a hundredth of its radius, pressed as
+// Hertz says, has the moment 3 pi / 16 mu m g r / 100.
+TEST_P(BothSteps, a_ball_that_spins_on_one_spot_is_slowed_by_its_patch_and_falls_asleep) {
+  for (const double radius : {0.05, 0.25, 1.0}) {
+    World world;
+    add_floor(world);
+    const BodyId ball = add_sphere(world, {0, radius, 0}, radius, 0.6);
+    run(world, 0.25);
+    const double spin = 0.1 / radius;
+    world.set_velocity(ball, Vec3::Zero(), {0, spin, 0});
+    const double slows = 3 * kPi / 16 * 0.6 * kG * 0.01 * radius / (0.4 * radius * radius);
+    run(world, 0.5);
+    EXPECT_NEAR(world.angular_velocity(ball).y(), spin - 0.5 * slows, 0.01 * spin) << radius;
+    run(world, 1.5);
+    EXPECT_FALSE(world.awake(ball)) << radius;
+  }
+}
+TEST(Analytic, spin_goes_from_ball_to_ball_and_none_is_lost) {
+  World world({.gravity = Vec3::Zero()});
+  BodyId ball[2];
+  for (int i = 0; i < 2; ++i) {
+    ball[i] = world.add_body({.shapes = {Sphere{.radius = 0.5}},
+                              .position = {i - 0.55 + 0.1 * i, 0, 0},
+                              .linear_velocity = {2.0 - 4 * i, 0, 0},
+                              .angular_velocity = {i == 0 ? 3.0 : 0.0, 0, 0},
+                              .friction = 0.6});
+  }
+  for (int n = 0; n < 30; ++n) world.step(1.0 / 60);
+  const double mass = world.mass(ball[0]), moment = 3 * kPi / 16 * 0.6 * 2 * mass * 0.005;
+  const double spin[2] = {world.angular_velocity(ball[0]).x(), world.angular_velocity(ball[1]).x()};
+  EXPECT_NEAR(spin[1], moment / (0.4 * mass * 0.25), 0.01 * spin[1]);
+  EXPECT_NEAR(spin[0] + spin[1], 3, 1e-12);
+}
+
 // A18. Halving the step halves the error at least, wherever there is an error to speak of; `errors`
 // at steps of 1/30, 1/60, 1/120 and 1/240 s.
 void expect_order(const std::array<double, 4>& errors, double order, double negligible) {
@@ -385,8 +419,9 @@ TEST(Analytic, halving_the_step_halves_the_error_of_a_ball_that_begins_to_roll) 
     const double slides = 2 * 4 / (7 * 0.3 * kG);
     const double truth = 4 * slides - 0.5 * 0.3 * kG * slides * slides + 20 / 7.0 * (1 - slides);
     errors[k] = std::abs(world.pose(ball).position.x() - start - truth);
+    EXPECT_LT(errors[k], 1e-3);
   }
-  expect_order(errors, 0.9, 1e-6);
+  expect_order(errors, 0.9, 5e-6);
 }
 
 TEST(Analytic, halving_the_step_quarters_the_error_of_flight_through_drag) {
@@ -432,17 +467,37 @@ std::vector<BodyId> add_column(World& world, int height, double density = 1000) 
   return boxes;
 }
 
-// A12. A stack of ten at rest neither sinks nor drifts.
+// A12. A stack of ten at rest neither sinks nor drifts, at no time.
 TEST_P(BothSteps, a_stack_of_ten_stands_still_for_a_minute) {
   World world({.sleep = {.enabled = false}});
   add_floor(world);
   const std::vector<BodyId> boxes = add_column(world, 10);
-  run(world, 60);
-  for (int i = 0; i < 10; ++i) {
-    const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
-    EXPECT_LT((at - Vec3(0, 0.5 + i, 0)).norm(), 1e-3) << i;
+  double farthest = 0;
+  for (int n = steps(60); n > 0; --n) {
+    world.step(dt());
+    for (int i = 0; i < 10; ++i) {
+      const Vec3 at = world.pose(boxes[static_cast<std::size_t>(i)]).position;
+      farthest = std::max(farthest, (at - Vec3(0, 0.5 + i, 0)).norm());
+    }
   }
+  EXPECT_LT(farthest, 1e-3);
   EXPECT_LT(world.measure().kinetic_energy, 1e-3);
+}
+
+// Half of a stack is taken away: what is left neither jumps nor trembles.
+TEST_P(BothSteps, a_stack_stays_when_its_upper_half_is_taken_away) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  const std::vector<BodyId> boxes = add_column(world, 20);
+  run(world, 2);
+  for (std::size_t i = 10; i < 20; ++i) world.remove_body(boxes[i]);
+  double highest = 0;
+  for (int n = steps(20); n > 0; --n) {
+    world.step(dt());
+    highest = std::max(highest, world.pose(boxes[9]).position.y());
+  }
+  EXPECT_LT(highest, 9.505);
+  EXPECT_LT(world.measure().kinetic_energy, 1e-4);
 }
 
 // What is symmetric has no side to lean to.

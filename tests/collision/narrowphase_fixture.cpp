@@ -71,6 +71,7 @@ core::ColliderIndex PairScene::add(const ShapeGeometry& geometry, const Pose& po
   colliders.rows.emplace_back();
   colliders.geometry.emplace_back();
   Collider& collider = colliders.rows.back();
+  collider.turn_radius = 10;
   collider.alive = true;
   collider.body = body;
   Build build{collider, colliders.geometry.back()};

@@ -121,6 +121,7 @@ void add_rows(Random& random, const Magnitudes& magnitudes, Colour& colour) {
       mass.inv_inertia = random_inertia(random, 5 * inv_mass);
       mass.lock_flags = random.below(4) == 0 ? random.below(64) << core::kLockShift : 0;
       base.acceleration = random.in_box(10 * magnitudes.motion);
+      base.patch_lever = random.below(3) ? random.between(0, 0.1f) : 0;
       spin.angular_acceleration = random.in_box(magnitudes.motion);
       spin.linear_factor = random.below(2) ? 1 : random.between(0.9f, 1);
       spin.angular_factor = random.below(2) ? 1 : random.between(0.9f, 1);
@@ -230,8 +231,9 @@ class Run {
   }
 
   using Pass = void (*ContactKernels::OfKind::*)(const ContactPass&, void*, std::uint32_t);
-  void each(Pass kernel, bool books = true) {
+  void each(Pass kernel, bool books = true, bool last = false) {
     pass_.books = books;
+    pass_.last = last;
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       (kernels_.kind[kind].*kernel)(pass_, block_at(kind, 0), block_count());
     }
@@ -254,6 +256,7 @@ class Run {
           if (!contact_at(kind, block, lane)) continue;
           stored_.push_back(output.push[lane]);
           stored_.push_back(output.torque[lane]);
+          stored_.push_back({{output.bounced[lane], output.struck[lane], 0}, 0});
         }
       }
     }
@@ -312,6 +315,21 @@ class Run {
       input.inv_mass_a[k][lane] = inv_mass(contact->row_a, k);
       input.inv_mass_b[k][lane] = inv_mass(contact->row_b, k);
     }
+    fill_side(contact->row_a, lane, input.inertia_a, input.angular_a);
+    fill_side(contact->row_b, lane, input.inertia_b, input.angular_b);
+    // Untimed, from the start of the step, and later.
+    input.touch[lane] =
+        contact->row_a % 3 == 0 ? -1 : 0.002f * static_cast<float>(contact->row_a % 3 - 1);
+    for (std::uint32_t k = 0; k < 3; ++k) input.shift[k][lane] = 0.01f * offset[k];
+  }
+  void fill_side(std::uint32_t row, std::uint32_t lane, float (&inertia)[6][kMaxWidth],
+                 float (&angular)[3][kMaxWidth]) const {
+    const core::Sym3f& m = colour_.mass[row].inv_inertia;
+    const float six[6] = {m.xx, m.xy, m.xz, m.yy, m.yz, m.zz};
+    for (int k = 0; k < 6; ++k) inertia[k][lane] = six[k];
+    const core::V3f& w = colour_.start[row].angular;
+    const float three[3] = {w.x, w.y, w.z};
+    for (int k = 0; k < 3; ++k) angular[k][lane] = three[k];
   }
   float inv_mass(std::uint32_t row, std::uint32_t axis) const {
     const MassRow& mass = colour_.mass[row];
@@ -377,7 +395,7 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
     note("solve");
     run.rows(&ContactKernels::integrate_positions);
     note("integrate_positions");
-    run.each(&OfKind::relax, substep != 1);
+    run.each(&OfKind::relax, substep != 1, substep == 2);
     note("relax");
   }
   run.each(&OfKind::restitute);

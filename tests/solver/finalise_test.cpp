@@ -75,6 +75,18 @@ TEST(Sleep, an_island_sleeps_as_a_unit_after_the_set_time) {
   EXPECT_EQ(world.sleepers.islands[0], (std::vector<BodyIndex>{a, b}));
 }
 
+TEST(Sleep, a_small_body_may_turn_faster_as_long_as_its_surface_is_slow) {
+  SleepWorld world;
+  const BodyIndex slow = world.add({.angular = {0, 0.45, 0}});
+  const BodyIndex fast = world.add({.angular = {0, 0.55, 0}});
+  world.bodies.mass[slow].radius = world.bodies.mass[fast].radius = 0.1;
+  world.island({slow});
+  world.island({fast});
+  world.steps(40);
+  EXPECT_FALSE(world.awake(slow));
+  EXPECT_TRUE(world.awake(fast));
+}
+
 TEST(Sleep, one_restless_member_keeps_the_island_awake) {
   SleepWorld world;
   const BodyIndex a = world.add({});
