@@ -134,7 +134,45 @@ Chosen<L> take(Candidates<L>& from, Score score) {
   return chosen;
 }
 
-// The same choice as choose_points: deep and far out, far from that, and twice the largest area.
+// All candidates of up to four, in their order.
+template <class L>
+void take_all(const Candidates<L>& from, Chosen<L>* chosen) {
+  const L zero = L(0.0f), one = L(1.0f);
+  for (int i = 0; i < 4; ++i) chosen[i] = {zero, zero, zero, -one};
+  L taken = zero;
+  for (int k = 0; k < Candidates<L>::kCount; ++k) {
+    const typename L::Mask there = !(from.out[k] < zero);
+    for (int i = 0; i <= k && i < 4; ++i) {
+      const typename L::Mask here = there & (taken == L(static_cast<float>(i)));
+      chosen[i].u = select(here, from.u[k], chosen[i].u);
+      chosen[i].v = select(here, from.v[k], chosen[i].v);
+      chosen[i].height = select(here, from.height[k], chosen[i].height);
+      chosen[i].index = select(here, L(static_cast<float>(k)), chosen[i].index);
+    }
+    taken = taken + select(there, one, zero);
+  }
+}
+
+// In the order of the candidates, missing ones last.
+template <class L>
+void sort(Chosen<L>* chosen) {
+  const L zero = L(0.0f), last = L(99.0f);
+  const int first[5] = {0, 2, 0, 1, 1}, second[5] = {1, 3, 2, 3, 2};
+  for (int i = 0; i < 5; ++i) {
+    Chosen<L>&a = chosen[first[i]], &b = chosen[second[i]];
+    const L rank_a = select(a.index < zero, last, a.index);
+    const L rank_b = select(b.index < zero, last, b.index);
+    const typename L::Mask swap = rank_b < rank_a;
+    const Chosen<L> before = a;
+    a = {select(swap, b.u, a.u), select(swap, b.v, a.v), select(swap, b.height, a.height),
+         select(swap, b.index, a.index)};
+    b = {select(swap, before.u, b.u), select(swap, before.v, b.v),
+         select(swap, before.height, b.height), select(swap, before.index, b.index)};
+  }
+}
+
+// The same choice as choose_points: deep and far out, far from that, and twice the largest area. In the
+// order of the candidates, so that points that stay keep their places.
 template <class L>
 void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
   const L zero = L(0.0f), one = L(1.0f);
@@ -146,6 +184,7 @@ void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
     mean_v = mean_v + select(there, from.v[k], zero);
     count = count + select(there, one, zero);
   }
+  if (all(!(count > L(4.0f)))) return take_all(from, chosen);
   mean_u = mean_u / max(count, one);
   mean_v = mean_v / max(count, one);
   // The same one in every step where several are as far out.
@@ -175,6 +214,7 @@ void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
   chosen[1] = p2;
   chosen[2] = p3;
   chosen[3] = p4;
+  sort(chosen);
 }
 
 // The incident face, a parallelogram, in the frame of the reference face.
