@@ -153,26 +153,46 @@ void take_all(const Candidates<L>& from, Chosen<L>* chosen) {
   }
 }
 
+template <class L>
+void exchange(typename L::Mask where, Chosen<L>& a, Chosen<L>& b) {
+  const Chosen<L> before = a;
+  a = {select(where, b.u, a.u), select(where, b.v, a.v), select(where, b.height, a.height),
+       select(where, b.index, a.index)};
+  b = {select(where, before.u, b.u), select(where, before.v, b.v),
+       select(where, before.height, b.height), select(where, before.index, b.index)};
+}
+
 // In the order of the candidates, missing ones last.
 template <class L>
 void sort(Chosen<L>* chosen) {
   const L zero = L(0.0f), last = L(99.0f);
   const int first[5] = {0, 2, 0, 1, 1}, second[5] = {1, 3, 2, 3, 2};
   for (int i = 0; i < 5; ++i) {
-    Chosen<L>&a = chosen[first[i]], &b = chosen[second[i]];
+    Chosen<L>& a = chosen[first[i]];
+    Chosen<L>& b = chosen[second[i]];
     const L rank_a = select(a.index < zero, last, a.index);
     const L rank_b = select(b.index < zero, last, b.index);
-    const typename L::Mask swap = rank_b < rank_a;
-    const Chosen<L> before = a;
-    a = {select(swap, b.u, a.u), select(swap, b.v, a.v), select(swap, b.height, a.height),
-         select(swap, b.index, a.index)};
-    b = {select(swap, before.u, b.u), select(swap, before.v, b.v),
-         select(swap, before.height, b.height), select(swap, before.index, b.index)};
+    exchange<L>(rank_b < rank_a, a, b);
   }
 }
 
+// The one across from the first comes second: what is symmetric cancels in the solver's sums, to the bit.
+template <class L>
+void pair_up(Chosen<L>* chosen) {
+  const L zero = L(0.0f);
+  L far[4];
+  for (int i = 1; i < 4; ++i) {
+    const L du = chosen[i].u - chosen[0].u, dv = chosen[i].v - chosen[0].v;
+    far[i] = select(chosen[i].index < zero, -L(1.0f), du * du + dv * dv);
+  }
+  const typename L::Mask third = far[1] < far[2];
+  const typename L::Mask fourth = max(far[1], far[2]) < far[3];
+  exchange<L>(third & !fourth, chosen[1], chosen[2]);
+  exchange<L>(fourth, chosen[1], chosen[3]);
+}
+
 // The same choice as choose_points: deep and far out, far from that, and twice the largest area. In the
-// order of the candidates, so that points that stay keep their places.
+// order of the candidates but for pair_up, so that points that stay keep their places.
 template <class L>
 void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
   const L zero = L(0.0f), one = L(1.0f);
@@ -184,7 +204,10 @@ void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
     mean_v = mean_v + select(there, from.v[k], zero);
     count = count + select(there, one, zero);
   }
-  if (all(!(count > L(4.0f)))) return take_all(from, chosen);
+  if (all(!(count > L(4.0f)))) {
+    take_all(from, chosen);
+    return pair_up(chosen);
+  }
   mean_u = mean_u / max(count, one);
   mean_v = mean_v / max(count, one);
   // The same one in every step where several are as far out.
@@ -215,6 +238,7 @@ void choose_four(Candidates<L>& from, L tolerance, Chosen<L>* chosen) {
   chosen[2] = p3;
   chosen[3] = p4;
   sort(chosen);
+  pair_up(chosen);
 }
 
 // The incident face, a parallelogram, in the frame of the reference face.

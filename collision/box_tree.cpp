@@ -110,11 +110,11 @@ bool BoxTree::update_in_place(std::uint32_t item, const Aabb& box) {
 
 void BoxTree::refit(Task* task) {
   const bool at_once = task == nullptr;
-  if (many(at_once ? changes_ : pending_.size()) || !place_pending()) return rebuild();
+  if (many(at_once ? changes_ : pending_.size()) || !place_pending()) return rebuild(task);
   if (built_) adopt(task);
-  refit_dirty();
+  refit_dirty(task);
   worn_ = inner_area_ > kWornOut * built_area_ || many(changes_);
-  if (worn_ && at_once) rebuild();
+  if (worn_ && at_once) rebuild(task);
 }
 
 // False if the tree has no room for one of them.
@@ -126,12 +126,12 @@ bool BoxTree::place_pending() {
   return true;
 }
 
-void BoxTree::refit_dirty() {
+void BoxTree::refit_dirty(Task* task) {
   dirty_nodes_.clear();
   for_marked(dirty_, [&](std::uint32_t node) { dirty_nodes_.push_back(node); });
   if (dirty_nodes_.empty()) return;
   if (dirty_nodes_.size() > nodes_.size() / 4)
-    refit_all();
+    refit_all(task);
   else
     for (const std::uint32_t node : dirty_nodes_) refit_upward(node);
   for (const std::uint32_t node : dirty_nodes_) dirty_[node] = 0;
@@ -188,29 +188,56 @@ void BoxTree::refit_upward(std::uint32_t node) {
   }
 }
 
-void BoxTree::refit_all() {
+// First the nodes without nodes below, side by side; the rest, an eighth of all, from the last to the
+// first. Areas are summed up in the same order by any workers.
+void BoxTree::refit_all(Task* task) {
+  constexpr std::uint32_t kGrain = 512;
+  const auto count = static_cast<std::uint32_t>(nodes_.size());
+  const std::uint32_t blocks = jobs::blocks_of(count, kGrain);
+  inner_.resize(count);
+  refit_blocks_.resize(blocks);
+  jobs::run_blocks(task, blocks, [&](std::uint32_t block, std::uint32_t) {
+    const IndexRange range = jobs::items_of(block, kGrain, count);
+    RefitBlock& out = refit_blocks_[block] = {};
+    for (std::uint32_t node = range.begin; node < range.end; ++node) {
+      if (node == 0) continue;
+      if (std::any_of(nodes_[node].child, nodes_[node].child + kWidth, is_node))
+        inner_[range.begin + out.inner++] = node;
+      else
+        out.area += hand_up(node);
+    }
+  });
   inner_area_ = 0;
-  for (auto node = static_cast<std::uint32_t>(nodes_.size()); node-- > 1;) {
-    const std::uint32_t slot = parent_[node];
-    const Aabb box = node_box(nodes_[node]);
-    set_lane(nodes_[slot / kWidth], slot % kWidth, box, node);
-    inner_area_ += half_area(box);
+  for (std::uint32_t block = blocks; block-- > 0;) {
+    inner_area_ += refit_blocks_[block].area;
+    for (std::uint32_t i = refit_blocks_[block].inner; i-- > 0;)
+      inner_area_ += hand_up(inner_[block * kGrain + i]);
   }
 }
 
-void BoxTree::rebuild() {
-  build();
-  for (const BuildItem& item : pending_) slot_[item.item] = 0;  // in the build: adopt says where
-  pending_.clear();
-  adopt(nullptr);
+// Writes a node's box into its parent; returns half its surface.
+double BoxTree::hand_up(std::uint32_t node) {
+  const std::uint32_t slot = parent_[node];
+  const Aabb box = node_box(nodes_[node]);
+  set_box(nodes_[slot / kWidth], slot % kWidth, box);
+  return half_area(box);
 }
 
-void BoxTree::build_ahead() {
-  if (worn_ && !built_) build();
+void BoxTree::rebuild(Task* task) {
+  build(task);
+  for (const BuildItem& item : pending_) slot_[item.item] = 0;  // in the build: adopt says where
+  pending_.clear();
+  adopt(task);
+}
+
+void BoxTree::build_ahead(Task& task) {
+  if (!worn_ || built_) return;
+  build(&task);
+  ++built_ahead_count_;
 }
 
 // With those that are pending.
-void BoxTree::build() {
+void BoxTree::build(Task* task) {
   build_items_.clear();
   for (const BoxNode& node : nodes_)
     for (unsigned lane = 0; lane < kWidth; ++lane)
@@ -218,7 +245,7 @@ void BoxTree::build() {
         build_items_.push_back({lane_box(node, lane), node.child[lane] & ~BoxNode::kItem});
   build_items_.insert(build_items_.end(), pending_.begin(), pending_.end());
   SKERRY_ASSERT(build_items_.size() == size_, "a tree has lost items");
-  builder_.build(build_items_);
+  builder_.build(build_items_, task);
   newcomers_.clear();
   changes_ = 0;
   built_ = true;
@@ -234,13 +261,9 @@ void BoxTree::adopt(Task* task) {
     const IndexRange range = jobs::items_of(block, kGrain, count);
     for (std::uint32_t node = range.begin; node < range.end; ++node) adopt_node(node);
   };
-  const std::uint32_t blocks = jobs::blocks_of(count, kGrain);
-  if (task != nullptr)
-    jobs::run_blocks(*task, blocks, adopt_block);
-  else
-    for (std::uint32_t block = 0; block < blocks; ++block) adopt_block(block, 0);
+  jobs::run_blocks(task, jobs::blocks_of(count, kGrain), adopt_block);
   dirty_.assign(nodes_.size(), 0);
-  refit_all();
+  refit_all(task);
   built_area_ = inner_area_;
   worn_ = built_ = false;
   ++rebuild_count_;
@@ -249,7 +272,7 @@ void BoxTree::adopt(Task* task) {
     slot_[item] = kPending | static_cast<std::uint32_t>(pending_.size());
     pending_.push_back({box_[item], item});
   }
-  if (!place_pending()) rebuild();
+  if (!place_pending()) rebuild(task);
 }
 
 // Items that went after the build leave their lanes empty.

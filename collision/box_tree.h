@@ -32,7 +32,7 @@ class BoxTree {
   // none. With a task its workers share the work, and a worn tree is left to build_ahead.
   void refit(Task* task = nullptr);
   // Builds the tree that the next refit takes, if this one is worn. May run beside queries.
-  void build_ahead();
+  void build_ahead(Task& task);
 
   // Calls found(item) for the items whose box meets this one.
   template <class Found>
@@ -49,6 +49,7 @@ class BoxTree {
   const std::vector<BoxNode>& nodes() const { return nodes_; }
   std::uint32_t size() const { return size_; }
   std::uint32_t rebuild_count() const { return rebuild_count_; }
+  std::uint32_t built_ahead_count() const { return built_ahead_count_; }
 
  private:
   static constexpr std::uint32_t kNowhere = 0xffffffffu;
@@ -60,11 +61,12 @@ class BoxTree {
   bool place(const BuildItem& item);
   void set_item(std::uint32_t node, unsigned lane, const BuildItem& item);
   void set_child(std::uint32_t node, unsigned lane, const Aabb& box, std::uint32_t child);
-  void refit_dirty();
+  void refit_dirty(Task* task);
   void refit_upward(std::uint32_t node);
-  void refit_all();
-  void rebuild();
-  void build();
+  void refit_all(Task* task);
+  double hand_up(std::uint32_t node);
+  void rebuild(Task* task);
+  void build(Task* task);
   void adopt(Task* task);
   void adopt_node(std::uint32_t node);
   bool holds(std::uint32_t item) const;
@@ -79,6 +81,13 @@ class BoxTree {
   std::uint32_t size_ = 0;
   std::uint32_t changes_ = 0;  // inserted and removed since the last build
   std::uint32_t rebuild_count_ = 0;
+  std::uint32_t built_ahead_count_ = 0;  // of these, by build_ahead
+  struct RefitBlock {
+    double area = 0;          // m^2, of its nodes without nodes below, as for inner_area_
+    std::uint32_t inner = 0;  // its other nodes
+  };
+  std::vector<RefitBlock> refit_blocks_;
+  std::vector<std::uint32_t> inner_;  // each block's at its beginning
   double inner_area_ = 0;  // m^2, sum of half the surfaces of all inner boxes: what queries cost
   double built_area_ = 0;  // the same after the last build
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "collision/bounds.h"
@@ -19,7 +20,8 @@ struct BuildItem {
 // O(n log n).
 class TreeBuilder {
  public:
-  void build(std::span<const BuildItem> items);
+  // With a task its workers share the work, to the same tree.
+  void build(std::span<const BuildItem> items, Task* task = nullptr);
   // All but the boxes of inner nodes, which are empty.
   std::vector<BoxNode>& nodes() { return nodes_; }
   // Of each node: slot in its parent, node * 8 + lane.
@@ -34,17 +36,29 @@ class TreeBuilder {
   struct Extent {
     float low[3], high[3];
   };
-  std::uint32_t add_node(std::uint32_t parent);
-  void fill(std::uint32_t node, std::span<Center> below);
-  void divide(std::uint32_t node, std::span<Center> below, std::uint32_t part);
-  void part_at(std::span<Center> centers, std::size_t nth);
+  // Children of a node that are still to be made, of `part` items each: how many nodes that takes
+  // is known from the number of items, so branches are built side by side.
+  struct Branch {
+    IndexRange items;             // rows of centers_
+    std::uint32_t part = 0;       // 1: the items themselves
+    std::uint32_t node = 0;       // the parent
+    std::uint32_t lane = 0;       // of the first child
+    std::uint32_t next_node = 0;  // of the first child
+  };
+
+  void prepare(IndexRange rows);
+  void part_to_grain(const Branch& root, Task& task);
+  void finish(const Branch& branch);
+  Branch enter(const Branch& branch);
+  std::pair<Branch, Branch> halves(const Branch& branch);
+  void part_at(IndexRange rows, std::uint32_t nth);
   static Extent extent_of(std::span<const Center> centers);
 
   std::span<const BuildItem> items_;
   std::vector<BoxNode> nodes_;
   std::vector<std::uint32_t> parent_;
-  std::vector<std::uint8_t> used_;  // [node] lanes
   std::vector<Center> centers_, spare_;
+  std::vector<Branch> branches_, parted_;
 };
 
 // Replaces `nodes` by a tree over the items, with all boxes.
@@ -60,11 +74,14 @@ inline void grow(Aabb& box, const Aabb& other) {
     box.max[axis] = other.max[axis] > box.max[axis] ? other.max[axis] : box.max[axis];
   }
 }
-inline void set_lane(BoxNode& node, unsigned lane, const Aabb& box, std::uint32_t child) {
+inline void set_box(BoxNode& node, unsigned lane, const Aabb& box) {
   for (int axis = 0; axis < 3; ++axis) {
     node.min[axis][lane] = box.min[axis];
     node.max[axis][lane] = box.max[axis];
   }
+}
+inline void set_lane(BoxNode& node, unsigned lane, const Aabb& box, std::uint32_t child) {
+  set_box(node, lane, box);
   node.child[lane] = child;
 }
 inline Aabb lane_box(const BoxNode& node, unsigned lane) {

@@ -51,6 +51,8 @@ class Broadphase {
   // How often the last step's stages read or wrote a proxy: those that moved, those they found near
   // them, and those whose pairs were listed anew. Fixed and sleeping bodies add nothing to it.
   virtual std::uint64_t proxies_touched() const = 0;
+  // How often the structure was built anew beside the queries of a step.
+  virtual std::uint32_t built_ahead_count() const { return 0; }
   virtual void query_pairs(const StepContext& step, IndexRange moved, Task& task) = 0;
   virtual void merge_pairs(const StepContext& step, Task& task) = 0;
 };

@@ -217,9 +217,13 @@ SweptPlane swept_plane(const Collider& plane, const Sweep& sweep) {
 // -- A pair of bodies' shapes.
 
 // Whether a ball of this radius about a moving centre stays away from the box of a collider.
-bool far_from_box(const StepContext& step, const Sweep& ball, double radius, const Collider& other,
+bool far_from_box(const StepContext& step, const Sweep& ball, double radius, ColliderIndex other,
                   const Sweep& sweep, const Vec3& origin) {
-  const Aabb box = tight_bounds(other, step.bodies->pose[other.body]);
+  const Collider& row = step.colliders->rows[other];
+  // The fat box of what has not moved holds it, without a look at all vertices of a mesh.
+  const Aabb box = step.bodies->is(row.body, core::kAwake)
+                       ? tight_bounds(row, step.bodies->pose[row.body])
+                       : step.broadphase->fat_bounds(other);
   const V3d last = ball.center_at(1), bend = ball.bend * 0.25;
   const double turning = sweep.stretches * sweep.stretch[0].angle > 0 ? 2 * sweep.turn_radius : 0;
   const auto axis = [](const V3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
@@ -397,7 +401,8 @@ double impact_of_pair(const StepContext& step, const FastPair& pair, const Ends&
     return kNever;
   add_turning(step, a.body, sa);
   add_turning(step, b.body, sb);
-  if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, b, sb, origin)) return kNever;
+  if (b.type != ShapeType::plane && far_from_box(step, sa, ma.radius, ib, sb, origin))
+    return kNever;
   return first_meeting(step, a, sa, b, sb, apart, pair.sensor, triangles);
 }
 

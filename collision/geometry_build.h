@@ -10,9 +10,10 @@
 
 namespace skerry::collision {
 
-// Convex hull of the points. Throws std::invalid_argument with a sentence if there are fewer than
-// four, one is not finite, or they lie (nearly) in a plane, line or point.
-std::shared_ptr<const core::HullGeometry> build_hull(const std::vector<Vec3>& points);
+// Convex hull of the points times the scale. Throws std::invalid_argument with a sentence if there are
+// fewer than four, one is not finite, or they lie (nearly) in a plane, line or point.
+std::shared_ptr<const core::HullGeometry> build_hull(std::vector<Vec3> points,
+                                                     const Vec3& scale = {1, 1, 1});
 
 // Mesh with adjacency, convex edge flags and bounding-volume tree; degenerate triangles are left
 // out. Throws std::invalid_argument naming the first bad triangle or vertex: empty, index out of

@@ -242,7 +242,8 @@ void set_center(HullGeometry& hull, const std::vector<Loop>& loops, std::span<co
 
 }  // namespace
 
-std::shared_ptr<const HullGeometry> build_hull(const std::vector<Vec3>& points) {
+std::shared_ptr<const HullGeometry> build_hull(std::vector<Vec3> points, const Vec3& scale) {
+  for (Vec3& point : points) point = point.cwiseProduct(scale);
   const std::vector<Indices> triangles = quickhull(points);
   Vec3 low = points[0], high = points[0];
   for (const Vec3& point : points) {

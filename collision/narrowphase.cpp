@@ -178,8 +178,6 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
 
 // -- Box against box, sixteen pairs at a time.
 
-constexpr float kSlowMargin = 2 * kSpeculativeDistance;  // see pair_frame
-
 void put(float (&row)[BoxBatch::kSize], int lane, float value) { row[lane] = value; }
 
 void put(BoxBatch& batch, int first_row, int lane, const V3f& v) {

@@ -157,7 +157,7 @@ void pair_frame(const StepContext& step, const core::ContactPair& pair,
   frame.angular = difference(motion_b.angular, motion_a.angular);
   frame.slop = kSpeculativeDistance;
   frame.margin = approach.margin;
-  if (frame.margin > 2 * kSpeculativeDistance) frame.touch = fast_touch(step, pair, frame.between);
+  if (frame.margin > kSlowMargin) frame.touch = fast_touch(step, pair, frame.between);
 }
 
 void pair_frame(const StepContext& step, const core::ContactPair& pair, const PairAt& at,

@@ -9,6 +9,8 @@ namespace skerry::collision {
 
 // Manifolds keep their impulses while their normals differ by less than this (cosine of 18 degrees).
 inline constexpr float kSameNormal = 0.95f;
+// m: Query::margin up to which a pair counts as slow without a look at its bodies.
+inline constexpr float kSlowMargin = 2 * kSpeculativeDistance;
 // Query::touch of a pair that is not fast.
 inline constexpr float kNoTouch = 3e38f;
 

@@ -39,7 +39,7 @@ class ProxyBroadphase : public Broadphase {
   // After the changes of a step, before its queries.
   virtual void settle(Task& task) = 0;
   // Work for later steps, once beside the queries of each step that has some.
-  virtual void prepare_ahead() {}
+  virtual void prepare_ahead(Task&) {}
   // Appends those whose box meets this one, in any order. Any number of threads at once.
   virtual void find(const Aabb& box, bool with_fixed, std::vector<ColliderIndex>& found) const = 0;
   bool is_fixed(ColliderIndex collider) const { return of_fixed(proxies_[collider]); }

@@ -78,7 +78,7 @@ bool ProxyBroadphase::is_pair(ColliderIndex a, ColliderIndex b) const {
 void ProxyBroadphase::query_pairs(const StepContext& step, IndexRange moved, Task& task) {
   SKERRY_ASSERT(task.worker() < workers_.size(), "StepContext::worker_count is too small");
   WorkerBuffers& buffers = workers_[task.worker()];
-  if (moved.begin == 0) prepare_ahead();  // first, as it takes longest
+  if (moved.begin == 0) prepare_ahead(task);  // first, as it takes longest
   for (std::uint32_t i = moved.begin; i < moved.end; ++i) query_one(step, moved_[i], buffers);
 }
 

@@ -27,14 +27,19 @@ class TreeBroadphase final : public ProxyBroadphase {
     moving_.refit(&task);
     fixed_.refit(&task);
   }
-  void prepare_ahead() override {
-    moving_.build_ahead();
-    fixed_.build_ahead();
+  void prepare_ahead(Task& task) override {
+    moving_.build_ahead(task);
+    fixed_.build_ahead(task);
   }
   void find(const Aabb& box, bool with_fixed, std::vector<ColliderIndex>& found) const override {
     const auto append = [&](std::uint32_t collider) { found.push_back(collider); };
     moving_.query(box, append);
     if (with_fixed) fixed_.query(box, append);
+  }
+
+ public:
+  std::uint32_t built_ahead_count() const override {
+    return moving_.built_ahead_count() + fixed_.built_ahead_count();
   }
 
  private:

@@ -35,6 +35,13 @@ void run_blocks(Task& task, std::uint32_t blocks, const Body& body) {
   }
 }
 
+// The same by the caller alone if there is no task.
+template <class Body>
+void run_blocks(Task* task, std::uint32_t blocks, const Body& body) {
+  if (task != nullptr) return run_blocks(*task, blocks, body);
+  for (std::uint32_t block = 0; block < blocks; ++block) body(block, 0u);
+}
+
 // `count` items in blocks of `grain`.
 constexpr std::uint32_t blocks_of(std::uint32_t count, std::uint32_t grain) {
   return (count + grain - 1) / grain;

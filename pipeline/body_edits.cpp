@@ -94,12 +94,13 @@ struct ShapeBuilder {
   void operator()(const ConvexHull& s) const {
     std::shared_ptr<const core::HullGeometry> hull;
     try {
-      hull = world.geometry.hull(s.points);
+      hull = world.geometry.hull(s.points, s.scale);
     } catch (const std::invalid_argument& error) {
       throw InputError(field + ".points", field + ".points: " + error.what());
     }
     double radius = 0;
-    for (const Vec3& point : s.points) radius = std::max(radius, point.norm());
+    for (const Vec3& point : s.points)
+      radius = std::max(radius, point.cwiseProduct(s.scale).norm());
     basic(ShapeType::hull, floats(0, 0, 0), radius, hull_mass(*hull, density));
     out.collider.hull = hull.get();
     out.geometry = std::move(hull);

@@ -46,8 +46,9 @@ void check_count(const char* field, int count) {
 }
 
 // Of a part of a body from the body's origin: no farther than a shape can be long.
+bool is_offset(const Vec3& value) { return value.cwiseAbs().maxCoeff() <= 1e7 && finite(value); }
 void check_offset(const std::string& field, const Vec3& value) {
-  if (!(value.cwiseAbs().maxCoeff() <= 1e7) || !finite(value)) {
+  if (!is_offset(value)) {
     refuse(field, "finite and at most 1e7 m in each axis", text(value));
   }
 }
@@ -78,12 +79,16 @@ struct GeometryCheck {
     for (std::size_t i = 0; i < s.points.size(); ++i) {
       check_offset(field + ".points[" + std::to_string(i) + "]", s.points[i]);
     }
+    lengths(".scale", s.scale);
     Vec3 low = s.points[0], high = low;
     for (const Vec3& point : s.points) {
       low = low.cwiseMin(point);
       high = high.cwiseMax(point);
     }
-    const double size = (high - low).maxCoeff();
+    if (!is_offset(low.cwiseProduct(s.scale)) || !is_offset(high.cwiseProduct(s.scale)))
+      refuse(field + ".scale", "one that leaves the points within 1e7 m in each axis",
+             text(s.scale));
+    const double size = (high - low).cwiseProduct(s.scale).maxCoeff();
     if (!(size >= 1e-6)) refuse(field + ".points", "at least 1e-6 m across", text(size));
   }
   void operator()(const Plane& s) const {

@@ -12,9 +12,10 @@ void add(core::StateHasher& hasher, const Vec3& v) {
   hasher.add(v.z());
 }
 
-std::uint64_t key_of(const std::vector<Vec3>& points) {
+std::uint64_t key_of(const std::vector<Vec3>& points, const Vec3& scale) {
   core::StateHasher hasher;
   for (const Vec3& point : points) add(hasher, point);
+  add(hasher, scale);
   return hasher.finish();
 }
 
@@ -27,11 +28,14 @@ std::uint64_t key_of(const void* data, const Vec3& scale) {
 
 }  // namespace
 
-std::shared_ptr<const core::HullGeometry> GeometryCache::hull(const std::vector<Vec3>& points) {
-  Hull& entry = hulls_[key_of(points)];
-  if (auto geometry = entry.geometry.lock(); geometry && entry.points == points) return geometry;
-  auto geometry = collision::build_hull(points);
-  entry = {points, geometry};
+std::shared_ptr<const core::HullGeometry> GeometryCache::hull(const std::vector<Vec3>& points,
+                                                              const Vec3& scale) {
+  Hull& entry = hulls_[key_of(points, scale)];
+  if (auto geometry = entry.geometry.lock();
+      geometry && entry.points == points && entry.scale == scale)
+    return geometry;
+  auto geometry = collision::build_hull(points, scale);
+  entry = {points, scale, geometry};
   return geometry;
 }
 

@@ -15,7 +15,8 @@ namespace skerry::pipeline {
 class GeometryCache {
  public:
   // As collision::build_hull, build_mesh and build_height_field, throwing what they throw.
-  std::shared_ptr<const core::HullGeometry> hull(const std::vector<Vec3>& points);
+  std::shared_ptr<const core::HullGeometry> hull(const std::vector<Vec3>& points,
+                                                 const Vec3& scale);
   std::shared_ptr<const core::MeshGeometry> mesh(const std::shared_ptr<const MeshData>& data,
                                                  const Vec3& scale);
   std::shared_ptr<const core::HeightFieldGeometry> height_field(
@@ -24,6 +25,7 @@ class GeometryCache {
  private:
   struct Hull {
     std::vector<Vec3> points;
+    Vec3 scale;
     std::weak_ptr<const core::HullGeometry> geometry;
   };
   struct Mesh {

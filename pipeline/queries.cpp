@@ -41,7 +41,7 @@ struct ConvexBuilder {
   void operator()(const ConvexHull& s) const {
     std::shared_ptr<const core::HullGeometry> hull;
     try {
-      hull = collision::build_hull(s.points);
+      hull = collision::build_hull(s.points, s.scale);
     } catch (const std::invalid_argument& error) {
       throw InputError("shape.points", std::string("shape.points: ") + error.what());
     }

@@ -533,6 +533,16 @@ void ask_all(pipeline::WorldData& world, std::size_t count, const Ask& ask) {
   for (std::size_t i = 0; i < count; ++i) ask(i);
 }
 
+// The answers of ask(query) to all of a batch.
+template <class Query, class Ask>
+auto answers(pipeline::WorldData& world, std::span<const Query> batch, const Ask& ask) {
+  std::vector<decltype(ask(batch[0]))> all(batch.size());
+  ask_all(world, batch.size(), [&](std::size_t i) { all[i] = ask(batch[i]); });
+  return all;
+}
+
+void check_placed(const PlacedShape& placed) { pipeline::check_query_pose("pose", placed.pose); }
+
 // Checks all of a batch; what is refused is named with its row.
 template <class Query>
 void check_all(const char* list, std::span<const Query> batch, void (*check)(const Query&)) {
@@ -593,18 +603,42 @@ std::vector<std::optional<CastHit>> World::ray_cast_batch(std::span<const RayCas
                                                           const QueryFilter& filter) const {
   check_all("rays", rays, pipeline::check_ray);
   const QueryView view = queries();
-  std::vector<std::optional<CastHit>> hits(rays.size());
-  ask_all(*impl_, rays.size(), [&](std::size_t i) { hits[i] = view.ray_cast(rays[i], filter); });
-  return hits;
+  return answers(*impl_, rays, [&](const RayCast& ray) { return view.ray_cast(ray, filter); });
 }
 std::vector<std::optional<CastHit>> World::shape_cast_batch(std::span<const ShapeCast> casts,
                                                             const QueryFilter& filter) const {
   check_all("casts", casts, pipeline::check_cast);
   const QueryView view = queries();
-  std::vector<std::optional<CastHit>> hits(casts.size());
-  ask_all(*impl_, casts.size(),
-          [&](std::size_t i) { hits[i] = view.shape_cast(casts[i], filter); });
-  return hits;
+  return answers(*impl_, casts,
+                 [&](const ShapeCast& cast) { return view.shape_cast(cast, filter); });
+}
+std::vector<std::vector<OverlapHit>> World::overlap_batch(std::span<const PlacedShape> shapes,
+                                                          const QueryFilter& filter) const {
+  check_all("shapes", shapes, check_placed);
+  const QueryView view = queries();
+  return answers(*impl_, shapes, [&](const PlacedShape& placed) {
+    return view.overlap(placed.shape, placed.pose, filter);
+  });
+}
+std::vector<std::optional<ClosestHit>> World::closest_batch(std::span<const Vec3> points,
+                                                            double max_distance,
+                                                            const QueryFilter& filter) const {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    pipeline::check_query_point("points[" + std::to_string(i) + "]", points[i]);
+  pipeline::check_max_distance(max_distance);
+  const QueryView view = queries();
+  return answers(*impl_, points,
+                 [&](const Vec3& point) { return view.closest(point, max_distance, filter); });
+}
+std::vector<std::optional<ClosestHit>> World::closest_batch(std::span<const PlacedShape> shapes,
+                                                            double max_distance,
+                                                            const QueryFilter& filter) const {
+  check_all("shapes", shapes, check_placed);
+  pipeline::check_max_distance(max_distance);
+  const QueryView view = queries();
+  return answers(*impl_, shapes, [&](const PlacedShape& placed) {
+    return view.closest(placed.shape, placed.pose, max_distance, filter);
+  });
 }
 
 // -- Out --------------------------------------------------------------------------------------------

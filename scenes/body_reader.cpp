@@ -44,10 +44,7 @@ ConvexHull read_hull(const JsonNode& node, const SceneLibrary& library) {
   } else {
     for (const JsonNode* point : read_list(*points, 4)) hull.points.push_back(read_vec3(*point));
   }
-  if_given(node, "scale", [&](const JsonNode& n) {
-    const Vec3 scale = read_scale(n);
-    for (Vec3& point : hull.points) point = point.cwiseProduct(scale);
-  });
+  if_given(node, "scale", [&](const JsonNode& n) { hull.scale = read_scale(n); });
   return hull;
 }
 

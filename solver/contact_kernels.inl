@@ -233,7 +233,7 @@ struct KernelsOf {
   static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
 
   // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
-  // of the impulse goes.
+  // of the impulse goes. Only of what is beyond the carried load: nothing pushes a point that bears less.
   template <int P>
   struct Wanted {
     F bias[P], scale[P], leak[P], old[P];
@@ -255,7 +255,7 @@ struct KernelsOf {
         w.scale[i] = L::select(apart, one, L::set(pass.soft.mass_scale));
         const F scale = L::select(apart, none, L::set(pass.soft.impulse_scale));
         const F most = load(block.points.mass[i]) * L::set(pass.soft_load);
-        w.leak[i] = scale * L::min(w.old[i] - carried, most);
+        w.leak[i] = scale * L::max(L::min(w.old[i] - carried, most), none);
       }
       w.bias[i] = L::select(apart, s[i] * inv_h, push);
       if constexpr (kFull) {

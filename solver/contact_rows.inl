@@ -313,12 +313,6 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   L::gather(base, 8, block.row_b, accel_b);
   const F acceleration =
       dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
-  if constexpr (P == 1) {
-    const F lever_a = accel_a[3], lever_b = accel_b[3];
-    const F smaller = L::select(L::less(none, lever_b), L::min(lever_a, lever_b), lever_a);
-    store(load(friction.coefficient) * L::select(L::less(none, lever_a), smaller, lever_b),
-          friction.twist_reach);
-  }
   F pull = acceleration;  // until they touch
   if constexpr (kFull) pull = L::select(is_timed(block), none, acceleration);
   const F gained = pull * L::set(pass.substep * pass.substeps);
@@ -342,6 +336,14 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     }
   }
   store(L::sqrt(fastest), block.approach);
+  if constexpr (P == 1) {
+    const F lever_a = accel_a[3], lever_b = accel_b[3];
+    const F smaller = L::select(L::less(none, lever_b), L::min(lever_a, lever_b), lever_a);
+    const F lever = L::select(L::less(none, lever_a), smaller, lever_b);
+    // Not in an impact: at its end the arms of bodies that tumble are others.
+    const M impact = L::less(threshold * threshold, fastest);
+    store(L::select(impact, none, load(friction.coefficient) * lever), friction.twist_reach);
+  }
   gather_row(input, kRoundingRow, tail);
   store(tail[0], block.carried);
   store(tail[1], block.rounding_a);

@@ -43,7 +43,7 @@ constexpr double kStandTime = 10;   // s
 // many times the body's weight has become the usual one, the body must sink in by no more than this
 // over (2 pi contact_hertz)^2. The lowest contacts of a pyramid of 100 rows reach 1000 m/s^2, of which they
 // come to carry half at least.
-constexpr double kSoftLoad = 600;  // m/s^2
+constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).

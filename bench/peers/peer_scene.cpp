@@ -13,6 +13,12 @@ void require(bool condition, const std::string& what) {
   if (!condition) throw std::invalid_argument("the peers cannot be given " + what);
 }
 
+std::vector<Vec3> scaled_points(const ConvexHull& hull) {
+  std::vector<Vec3> points = hull.points;
+  for (Vec3& point : points) point = point.cwiseProduct(hull.scale);
+  return points;
+}
+
 PeerShape to_peer_shape(const ShapeGeometry& geometry) {
   PeerShape shape;
   if (const auto* box = std::get_if<Box>(&geometry)) {
@@ -24,7 +30,7 @@ PeerShape to_peer_shape(const ShapeGeometry& geometry) {
     shape.radius = sphere->radius;
   } else if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
     shape.form = Form::hull;
-    shape.solid = convex_hull(hull->points);
+    shape.solid = convex_hull(scaled_points(*hull));
   } else {
     require(false, "a shape other than box, sphere and convex hull");
   }
@@ -39,7 +45,7 @@ bool same_geometry(const PeerShape& shape, const ShapeGeometry& geometry) {
     return shape.form == Form::sphere && shape.radius == sphere->radius && !sphere->hollow;
   }
   if (const auto* hull = std::get_if<ConvexHull>(&geometry)) {
-    return shape.form == Form::hull && shape.solid.points == hull->points;
+    return shape.form == Form::hull && shape.solid.points == scaled_points(*hull);
   }
   return false;
 }

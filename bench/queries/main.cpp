@@ -1,6 +1,7 @@
 // Single rays per second on 10,000 boxes above a mesh of 100,352 triangles: Skerry (one call a ray,
 // and through a batch), Bullet, and brute force over all boxes and triangles. The casters take turns
 // in blocks of rays, so that a machine that slows down does so for all; their answers are compared.
+// Then batches of each kind, by one worker and by two.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -158,6 +159,49 @@ void race(const std::string& kind, const std::vector<RayCast>& rays, std::vector
   }
 }
 
+// Batches of 2,000 by one worker and by two in turn; the least time of each batch counts.
+template <class Query, class Ask>
+void race_batches(const char* name, const std::vector<Query>& queries, const World& one,
+                  const World& two, const Ask& ask) {
+  constexpr std::size_t kBatch = 2000;
+  constexpr int kRounds = 5;
+  const World* const worlds[] = {&one, &two};
+  double time[2] = {};
+  for (std::size_t first = 0; first + kBatch <= queries.size(); first += kBatch) {
+    const std::span<const Query> batch = std::span(queries).subspan(first, kBatch);
+    double least[2] = {1e9, 1e9};
+    for (int round = 0; round < kRounds; ++round)
+      for (int i = 0; i < 2; ++i)
+        least[i] = std::min(least[i], seconds([&] { ask(*worlds[i], batch); }));
+    for (int i = 0; i < 2; ++i) time[i] += least[i];
+  }
+  const auto count = double(queries.size() / kBatch * kBatch);
+  fmt::print("{:<12} 1 worker {:>8.0f} ns each, 2 workers {:>8.0f}: x{:.2f}\n", name,
+             1e9 * time[0] / count, 1e9 * time[1] / count, time[0] / time[1]);
+}
+
+void run_batches(Random& random, const World& one, const World& two) {
+  const std::vector<RayCast> rays = make_rays(random, "around", 20'000);
+  std::vector<ShapeCast> casts;
+  std::vector<PlacedShape> places;
+  std::vector<Vec3> points;
+  const QueryShape capsule(Capsule{.radius = 0.3, .half_height = 0.6});
+  const QueryShape ball(Sphere{.radius = 3});
+  for (const RayCast& ray : rays) {
+    casts.push_back({capsule, {.position = ray.origin}, ray.translation / 10});
+    places.push_back({ball, {.position = ray.origin}});
+    points.push_back(ray.origin);
+  }
+  race_batches("rays", rays, one, two,
+               [](const World& world, auto batch) { return world.ray_cast_batch(batch).size(); });
+  race_batches("casts", casts, one, two,
+               [](const World& world, auto batch) { return world.shape_cast_batch(batch).size(); });
+  race_batches("overlaps", places, one, two,
+               [](const World& world, auto batch) { return world.overlap_batch(batch).size(); });
+  race_batches("closest", points, one, two,
+               [](const World& world, auto batch) { return world.closest_batch(batch, 5).size(); });
+}
+
 int run_queries() {
   Random random;
   const RayScene scene = make_scene(random);
@@ -206,6 +250,7 @@ int run_queries() {
     add("brute force", 200, brute);
     race(kind, rays, rows);
   }
+  run_batches(random, serial.world(), parallel.world());
   return 0;
 }
 

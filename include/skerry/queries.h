@@ -73,6 +73,12 @@ struct ShapeCast {
   Vec3 translation = Vec3::Zero();
 };
 
+// A shape at a pose, for batches of overlap and closest.
+struct PlacedShape {
+  QueryShape shape;
+  Pose pose = {};
+};
+
 // Where a ray or a moving shape first touches a shape.
 struct CastHit {
   BodyId body;

@@ -38,9 +38,10 @@ struct Cone {
 struct Ellipsoid {
   Vec3 semi_axes = {0.5, 0.5, 0.5};
 };
-// The convex hull of the points; needs at least four that do not lie in a plane.
+// The convex hull of the points times the scale; needs at least four that do not lie in a plane.
 struct ConvexHull {
   std::vector<Vec3> points;
+  Vec3 scale = {1, 1, 1};
 };
 // The half-space normal.x <= offset. Bodies with a plane must be fixed or kinematic.
 struct Plane {

@@ -169,6 +169,14 @@ class World {
                                                      const QueryFilter& filter = {}) const;
   std::vector<std::optional<CastHit>> shape_cast_batch(std::span<const ShapeCast> casts,
                                                        const QueryFilter& filter = {}) const;
+  std::vector<std::vector<OverlapHit>> overlap_batch(std::span<const PlacedShape> shapes,
+                                                     const QueryFilter& filter = {}) const;
+  std::vector<std::optional<ClosestHit>> closest_batch(std::span<const Vec3> points,
+                                                       double max_distance,
+                                                       const QueryFilter& filter = {}) const;
+  std::vector<std::optional<ClosestHit>> closest_batch(std::span<const PlacedShape> shapes,
+                                                       double max_distance,
+                                                       const QueryFilter& filter = {}) const;
 
   // -- Out ----------------------------------------------------------------------------------------
   // All bodies by ascending index, and their poses in the same order; valid until the next change.

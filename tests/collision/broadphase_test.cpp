@@ -11,10 +11,12 @@
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <skerry/jobs/executor.h>
 
 #include "collision/box_tree.h"
 #include "collision/geometry_build.h"
 #include "tests/support/rounds.h"
+#include "tests/support/shuffling_executor.h"
 
 namespace skerry::collision {
 namespace {
@@ -417,30 +419,51 @@ TEST(BroadphaseKinds, pair_set_equals_brute_force_and_is_the_same_for_all_kinds_
   EXPECT_GT(most, 500u);
 }
 
-// Boxes that mix wear a tree out within some tens of steps: the one built beside the queries of a step
-// is taken in the next, with real workers at the same step as with one.
-TEST(BroadphaseKinds, boxes_that_mix_make_the_pairs_of_brute_force_with_one_and_two_workers) {
-  Scene scene({{BroadphaseKind::tree, 1}, {BroadphaseKind::tree, 2}});
-  std::mt19937 random(32);
-  std::uniform_real_distribution<double> speed(-8, 8);
-  const auto add = [&](const Vec3& position) {
-    const BodyIndex body = scene.add_body(core::kDynamic, position);
-    for (int axis = 0; axis < 3; ++axis) scene.bodies.motion[body].linear[axis] = speed(random);
-    scene.add_collider(body, box_collider(0.5f, 0.5f, 0.5f));
-  };
-  for (int i = 0; i < 700; ++i) add({1.2 * (i % 9), 1.2 * (i / 9 % 9), 1.2 * (i / 81)});
-  for (int number = 0; number < test::rounds(250); ++number) {
-    if (number % 3 == 0) scene.remove_body(1 + random() % 600);
-    if (number % 3 == 0) add({5, 5, 5});
-    core::refresh_awake(scene.bodies);
-    for (const BodyIndex body : scene.bodies.awake) {
-      core::BodyMotion& motion = scene.bodies.motion[body];
-      Vec3& center = scene.bodies.pose[body].center;
+// Boxes of 1 m that cross a cube of `width` (m), each on its own way, and turn back at its sides.
+class MixingBoxes {
+ public:
+  MixingBoxes(Scene& scene, unsigned seed, double width)
+      : scene_(scene), random_(seed), half_(width / 2) {}
+
+  BodyIndex add(const Vec3& position) {
+    std::uniform_real_distribution<double> speed(-8, 8);
+    const BodyIndex body = scene_.add_body(core::kDynamic, position);
+    for (int axis = 0; axis < 3; ++axis) scene_.bodies.motion[body].linear[axis] = speed(random_);
+    scene_.add_collider(body, box_collider(0.5f, 0.5f, 0.5f));
+    return body;
+  }
+  void fill(int side) {
+    for (int i = 0; i < side * side * side; ++i)
+      add({1.2 * (i % side), 1.2 * (i / side % side), 1.2 * (i / (side * side))});
+  }
+  void fly() {
+    core::refresh_awake(scene_.bodies);
+    for (const BodyIndex body : scene_.bodies.awake) {
+      core::BodyMotion& motion = scene_.bodies.motion[body];
+      Vec3& center = scene_.bodies.pose[body].center;
       center += motion.linear * kDt;
       for (int axis = 0; axis < 3; ++axis)
-        if (std::abs(center[axis] - 5) > 6)
-          motion.linear[axis] = std::copysign(motion.linear[axis], 5 - center[axis]);
+        if (std::abs(center[axis] - half_) > half_ + 1)
+          motion.linear[axis] = std::copysign(motion.linear[axis], half_ - center[axis]);
     }
+  }
+
+ private:
+  Scene& scene_;
+  std::mt19937 random_;
+  double half_;
+};
+
+// Boxes that mix wear a tree out within some tens of steps.
+TEST(BroadphaseKinds, boxes_that_mix_make_the_pairs_of_brute_force_with_one_and_two_workers) {
+  Scene scene({{BroadphaseKind::tree, 1}, {BroadphaseKind::tree, 2}});
+  MixingBoxes boxes(scene, 32, 10);
+  boxes.fill(9);
+  std::mt19937 random(33);
+  for (int number = 0; number < test::rounds(250); ++number) {
+    if (number % 3 == 0) scene.remove_body(1 + random() % 600);
+    if (number % 3 == 0) boxes.add({5, 5, 5});
+    boxes.fly();
     scene.step();
     for (const Scene::Side& side : scene.sides) {
       scene.expect_sound(side);
@@ -448,6 +471,73 @@ TEST(BroadphaseKinds, boxes_that_mix_make_the_pairs_of_brute_force_with_one_and_
     }
     ASSERT_EQ(scene.sides[0].contacts.pairs.size(), scene.sides[1].contacts.pairs.size());
   }
+}
+
+template <void (*kernel)(const StepContext&, IndexRange, Task&)>
+void of_step(void* context, IndexRange items, Task& task) {
+  kernel(*static_cast<const StepContext*>(context), items, task);
+}
+
+// The stages of the pair search, as in a step.
+jobs::TaskGraph pair_search() {
+  const auto awake = [](void* context) {
+    const core::Bodies& bodies = *static_cast<const StepContext*>(context)->bodies;
+    return static_cast<std::uint32_t>(bodies.awake.size());
+  };
+  const auto moved = [](void* context) {
+    return static_cast<const StepContext*>(context)->broadphase->moved_count();
+  };
+  jobs::TaskGraph graph;
+  graph.stage({"update_bounds", 1, of_step<update_bounds>, awake, 512, 0, 1});
+  graph.stage({"refit", jobs::kOnce, of_step<refit_broadphase>, nullptr, 1, 0, 1});
+  graph.stage({"query", 2, of_step<query_pairs>, moved, 128, 0, 1});
+  graph.stage({"merge", jobs::kOnce, of_step<merge_pairs>, nullptr, 1, 0, 1});
+  return graph;
+}
+
+std::vector<std::uint64_t> keys_of(const core::ContactTable& table) {
+  std::vector<std::uint64_t> keys;
+  for (const ContactPair& pair : table.pairs) keys.push_back(pair.key());
+  return keys;
+}
+
+// One worker, two and three threads, and seven in whatever order: all build the tree anew beside the
+// queries of the same step, and take it in the next one.
+TEST(BroadphaseKinds, trees_built_ahead_by_any_workers_give_the_pairs_of_brute_force_std_thread) {
+  Scene scene({{BroadphaseKind::tree, 1},
+               {BroadphaseKind::tree, 2},
+               {BroadphaseKind::tree, 3},
+               {BroadphaseKind::tree, 7}});
+  std::vector<std::unique_ptr<jobs::Executor>> executors;
+  executors.push_back(jobs::make_executor(jobs::ExecutorKind::serial));
+  for (const int workers : {2, 3})
+    executors.push_back(jobs::make_executor(jobs::ExecutorKind::threads, {.workers = workers}));
+  executors.push_back(std::make_unique<test::ShufflingExecutor>(test::Shuffle{.workers = 7}));
+  MixingBoxes boxes(scene, 34, 20);
+  boxes.fill(17);  // more than one block of a build
+  const jobs::TaskGraph graph = pair_search();
+  const Broadphase& reference = *scene.sides[0].broadphase;
+  std::uint32_t checked = 0, built = 0;
+  for (int number = 0; number < 90; ++number) {
+    boxes.fly();
+    const bool just_built = built != reference.built_ahead_count();
+    built = reference.built_ahead_count();
+    for (std::size_t i = 0; i < scene.sides.size(); ++i) {
+      StepContext context = scene.context(scene.sides[i]);
+      executors[i]->run(graph, &context);
+    }
+    // In the step of the build, in the one that takes the new tree, and now and then.
+    if (just_built || built != reference.built_ahead_count() || number % 30 == 0) {
+      ASSERT_EQ(keys_of(scene.sides[0].contacts), scene.brute_force(scene.sides[0]));
+      ++checked;
+    }
+    for (const Scene::Side& side : scene.sides) {
+      ASSERT_EQ(keys_of(side.contacts), keys_of(scene.sides[0].contacts)) << "step " << number;
+      ASSERT_EQ(side.broadphase->built_ahead_count(), reference.built_ahead_count());
+    }
+  }
+  EXPECT_GT(reference.built_ahead_count(), 1u);
+  EXPECT_GT(checked, 6u);
 }
 
 TEST(BroadphaseKinds, many_seeds_agree_stress) {
@@ -782,7 +872,7 @@ void live_with_trees_built_ahead(std::uint32_t items, int rounds, std::uint32_t 
       }
     tree.refit(&task);
     ASSERT_NO_FATAL_FAILURE(expect_items(tree, boxes, 3, random_box)) << "round " << round;
-    if (random() % 4 != 0) tree.build_ahead();
+    if (random() % 4 != 0) tree.build_ahead(task);
   }
   EXPECT_GT(tree.rebuild_count(), least_rebuilds);
 }

@@ -301,6 +301,11 @@ TEST(Queries, RefuseBadInputWithItsName) {
   EXPECT_EQ(field_of([&] { world.closest({kInf, 0, 0}, 1); }), "point");
   const std::vector<RayCast> rays = {{{0, 5, 0}, down}, {{0, 0, 0}, {0, 0, 0}}};
   EXPECT_EQ(field_of([&] { world.ray_cast_batch(rays); }), "rays[1].translation");
+  const std::vector<PlacedShape> places = {{Sphere{}, {}}, {Sphere{}, {{0, kNan, 0}}}};
+  EXPECT_EQ(field_of([&] { world.overlap_batch(places); }), "shapes[1].pose.position");
+  EXPECT_EQ(field_of([&] { world.closest_batch(places, 1); }), "shapes[1].pose.position");
+  const std::vector<Vec3> points = {{0, 0, 0}, {0, 0, kInf}};
+  EXPECT_EQ(field_of([&] { world.closest_batch(points, 1); }), "points[1]");
   EXPECT_THROW(world.distance(ball, BodyId{9, 9}), UsageError);
   EXPECT_THROW(QueryView().ray_cast({{0, 0, 0}, down}), UsageError);
 }

@@ -20,6 +20,13 @@ bool same(const std::optional<CastHit>& a, const std::optional<CastHit>& b) {
                 a->fraction == b->fraction && a->position == b->position && a->normal == b->normal);
 }
 
+bool same(const std::optional<ClosestHit>& a, const std::optional<ClosestHit>& b) {
+  return a.has_value() == b.has_value() &&
+         (!a || (a->body == b->body && a->shape == b->shape && a->triangle == b->triangle &&
+                 a->distance == b->distance && a->on_query == b->on_query &&
+                 a->on_body == b->on_body && a->normal == b->normal));
+}
+
 BodyId add_ball(World& world, double y) {
   return world.add_body({.shapes = {Sphere{0.5}}, .position = {0, y, 0}});
 }
@@ -46,6 +53,22 @@ TEST_P(QueriesInEveryMode, BatchesGiveWhatSingleCallsGiveAndWhatSerialGives) {
   }
   for (std::size_t i = 0; i < casts.size(); ++i)
     EXPECT_TRUE(same(cast_hits[i], serial.shape_cast(casts[i])));
+  std::vector<PlacedShape> places;
+  std::vector<Vec3> points;
+  for (int i = 0; i < 140; ++i) places.push_back({QueryShape(Capsule{0.5, 0.4}), random.pose(8)});
+  for (int i = 0; i < 140; ++i) points.push_back(random.vector(8));
+  const auto overlaps = world.overlap_batch(places);
+  const auto nearest = world.closest_batch(places, 2),
+             nearest_points = world.closest_batch(points, 2);
+  std::size_t overlapping = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto& [shape, pose] = places[i];
+    EXPECT_EQ(overlaps[i], serial.overlap(shape, pose));
+    overlapping += overlaps[i].size();
+    EXPECT_TRUE(same(nearest[i], serial.closest(shape, pose, 2)));
+    EXPECT_TRUE(same(nearest_points[i], serial.closest(points[i], 2)));
+  }
+  EXPECT_GT(overlapping, 0u);
   EXPECT_THROW(
       world.ray_cast_batch(rays, {.accept = [](BodyId, std::uint32_t) -> bool { throw 5; }}), int);
   EXPECT_EQ(world.ray_cast_batch(rays).size(), rays.size());  // still usable

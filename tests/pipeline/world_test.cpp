@@ -40,7 +40,11 @@ void expect_body_refused(const std::string& field, const BodyDesc& body) {
   expect_refused(world, field, [&] { world.add_body(body); });
 }
 
+const std::vector<Vec3> kCorner = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
 TEST(BadInput, sizes_that_are_not_lengths_are_refused) {
+  const auto ground = std::make_shared<MeshData>(
+      MeshData{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
   for (const double bad : {kNan, kInf, -1.0, 0.0, 1e-300, 1e300}) {
     expect_body_refused("shapes[0].radius", {.shapes = {Sphere{.radius = bad}}});
     expect_body_refused("shapes[0].half_height",
@@ -49,6 +53,11 @@ TEST(BadInput, sizes_that_are_not_lengths_are_refused) {
     expect_body_refused("shapes[0].radius", {.shapes = {Cylinder{.radius = bad}}});
     expect_body_refused("shapes[0].half_height", {.shapes = {Cone{.half_height = bad}}});
     expect_body_refused("shapes[0].semi_axes.z", {.shapes = {Ellipsoid{.semi_axes = {1, 1, bad}}}});
+    expect_body_refused("shapes[0].scale.y",
+                        {.shapes = {ConvexHull{.points = kCorner, .scale = {1, bad, 1}}}});
+    expect_body_refused(
+        "shapes[0].scale.x",
+        {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = ground, .scale = {bad, 1, 1}}}});
   }
 }
 
@@ -135,6 +144,13 @@ TEST(BadInput, geometry_that_is_no_solid_is_refused) {
   expect_body_refused(
       "shapes[0].points",
       {.shapes = {ConvexHull{.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}}}});
+  const std::vector<Vec3> long_corner = {{0, 0, 0}, {1e6, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  expect_body_refused("shapes[0].scale",
+                      {.shapes = {ConvexHull{.points = long_corner, .scale = {11, 1, 1}}}});
+  const std::vector<Vec3> small_corner = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+  expect_body_refused(
+      "shapes[0].points",
+      {.shapes = {ConvexHull{.points = small_corner, .scale = {1e-6, 1e-6, 1e-6}}}});
   expect_body_refused("shapes[0].data", {.shapes = {TriangleMesh{}}});
   const auto open = std::make_shared<MeshData>(
       MeshData{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
@@ -143,6 +159,31 @@ TEST(BadInput, geometry_that_is_no_solid_is_refused) {
       MeshData{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 7}}});
   expect_body_refused("shapes[0].data",
                       {.type = BodyType::fixed, .shapes = {TriangleMesh{.data = bad_index}}});
+}
+
+TEST(Shapes, a_scaled_hull_is_the_hull_of_its_points_times_the_scale) {
+  const Vec3 scale(2, 0.5, 3);
+  std::vector<Vec3> points = {{0.3, -0.2, 0.3}, {-0.3, -0.2, 0.3}, {0, -0.2, -0.4}, {0, 0.4, 0}};
+  const auto fallen = [](const ConvexHull& hull) {
+    World world;
+    add_floor(world);
+    // Beside one that is not scaled: they must not be taken for each other.
+    world.add_body({.shapes = {ConvexHull{.points = hull.points}}, .position = {5, 1, 0}});
+    const BodyId body = world.add_body({.shapes = {hull}, .position = {0, 2, 0}});
+    for (int i = 0; i < 120; ++i) world.step(kDt);
+    return std::pair(world.pose(body), world.mass(body));
+  };
+  const auto [scaled, mass] = fallen({.points = points, .scale = scale});
+  const QueryShape asked(ConvexHull{.points = points, .scale = scale});
+  for (Vec3& point : points) point = point.cwiseProduct(scale);
+  const auto [plain, plain_mass] = fallen({.points = points});
+  EXPECT_EQ(scaled.position, plain.position);
+  EXPECT_EQ(scaled.orientation.coeffs(), plain.orientation.coeffs());
+  EXPECT_EQ(mass, plain_mass);
+
+  World world;
+  world.add_body({.shapes = {Sphere{.radius = 0.1}}, .position = {0, -0.1, 0.95}});
+  EXPECT_EQ(world.overlap(asked, {}).size(), 1u);  // its corner at z = 0.9; 0.3 unscaled
 }
 
 TEST(BadInput, time_steps_and_settings_are_checked) {

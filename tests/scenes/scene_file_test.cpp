@@ -132,7 +132,8 @@ TEST(SceneFile, every_field_arrives) {
   EXPECT_EQ(box.material->friction, 0.9);
   EXPECT_TRUE(thing.shapes[1].options.sensor);
   EXPECT_FALSE(thing.shapes[1].options.material);  // the body's
-  EXPECT_EQ(std::get<ConvexHull>(thing.shapes[4].geometry).points[1], Vec3(0.5, 0, 0));
+  EXPECT_EQ(std::get<ConvexHull>(thing.shapes[4].geometry).points[1], Vec3(1, 0, 0));
+  EXPECT_EQ(std::get<ConvexHull>(thing.shapes[4].geometry).scale, Vec3(0.5, 0.5, 0.5));
   EXPECT_EQ(std::get<ConvexHull>(thing.shapes[5].geometry).points.size(), 8u);
 }
 
