@@ -258,9 +258,6 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
   }
   apply(block, f.ca, f.cb, push, torque, a.v, b.v);
   move_to_impact(pass, input, f, struck, block);
-  const M bears = L::both(struck, L::less(none, rests));
-  a.pushes = L::select(bears, none - one, a.pushes);
-  b.pushes = L::select(bears, none - one, b.pushes);
   store(L::select(struck, kFull ? one + material[1] : one, none), block.carried);
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);

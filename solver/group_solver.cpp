@@ -79,6 +79,7 @@ Softness soft(double hertz, double damping_ratio, double h) {
 }
 
 constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
 
 // Contacts and bodies ahead of the present one whose rows are asked for.
 constexpr std::uint32_t kPrefetch = 8;
@@ -283,6 +284,7 @@ void GroupSolver::seat_kinematics() {
 // Impacts among several bodies of an island all happen when the first of them does.
 void GroupSolver::set_impact_times() {
   if (!has_bounces_.load(std::memory_order_relaxed) || !joints_.empty()) return;
+  find_held();
   core::refill(impact_time_, row_count_, 0.0f);
   std::uint32_t contact = 0, row = 1;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
@@ -291,6 +293,25 @@ void GroupSolver::set_impact_times() {
     std::fill_n(impact_time_.begin() + row, island.body_count, time);
     contact += island.contact_count;
     row += island.body_count;
+  }
+}
+
+// Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
+// move them, and their contacts have no time of their own.
+void GroupSolver::find_held() {
+  core::refill(held_, row_count_, std::uint8_t{0});
+  const auto forced = [this](std::uint32_t row) {
+    if (row - 1 >= body_count_) return false;
+    const BodyIndex body = body_[row];
+    return (step_->bodies->flags[body] & kForced) != 0 ||
+           (step_->bodies->mass[body].gravity_scale != 0 && !step_->settings->gravity.isZero(0));
+  };
+  for (std::uint32_t i = 0; i < contact_count_; ++i) {
+    const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
+    const std::uint32_t a = row_a_[i], b = row_b_[i];
+    const float* n = manifold.normal_impulse;
+    const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
+    if ((pushed || gap_of(manifold) < -kDeep) && (forced(a) || forced(b))) held_[a] = held_[b] = 1;
   }
 }
 
@@ -846,7 +867,7 @@ void GroupSolver::take_back_chunk(const Chunk& chunk) {
 void GroupSolver::rebalance_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     VelocityRow& velocity = velocity_[row];
-    if (!(velocity.struck > 0) || velocity.pushes < 0 || !flies(row)) continue;
+    if (!(velocity.struck > 0) || !flies(row)) continue;
     const BodyIndex body = body_[row];
     const BodyMotion& motion = step_->bodies->motion[body];
     const auto time = double(impact_time_[row]);
@@ -859,7 +880,8 @@ void GroupSolver::rebalance_rows(std::uint32_t begin, std::uint32_t end) {
 // Whether a body that no contact touches flies as external forces alone make it.
 bool GroupSolver::flies(std::uint32_t row) const {
   if (row - 1 >= body_count_) return true;
-  return joints_.empty() && !outlook_[row].from_rows && mass_[row].lock_flags == 0;
+  return joints_.empty() && held_[row] == 0 && !outlook_[row].from_rows &&
+         mass_[row].lock_flags == 0;
 }
 
 // m: how far a body flies in `time` s from the start of the step, if no contact touches it.
@@ -923,7 +945,7 @@ void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t 
   double time = padding ? 0 : double(touch_time(contact));
   input.touch[lane] = free && (time > 0 || touches(contact)) ? core::rounded_to_float(time) : -1;
   Vec3 shift = Vec3::Zero();
-  if (impact && !padding) {
+  if (impact && free) {
     const double then = time_of_impacts(contact);
     shift = way(b, then) - way(a, then) - (way(b, time) - way(a, time));
     time = then;
@@ -1030,7 +1052,7 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
     ledger.impact = ledger.impact || impact;
   };
   Vec3 offset(contacts_[index].offset[0], contacts_[index].offset[1], contacts_[index].offset[2]);
-  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0)
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0 && flies(row_a_[index]) && flies(row_b_[index]))
     offset = offset_after(index, double(touch_time(index)), time_of_impacts(index));
   add(row_a_[index], push, torque_a, -1);
   add(row_b_[index], push, torque_a - offset.cross(push), 1);
@@ -1110,7 +1132,7 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
 double GroupSolver::time_of_impact(std::uint32_t row) const {
   const Ledger& ledger = ledger_[row];
   if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
-  if (velocity_[row].struck > 0) return velocity_[row].pushes < 0 ? -1 : double(impact_time_[row]);
+  if (velocity_[row].struck > 0) return double(impact_time_[row]);
   return ledger.several ? -1 : double(ledger.bounce_time);
 }
 

@@ -142,6 +142,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
                  double time) const;
   void set_impact_times();
+  void find_held();
   float first_impact(std::uint32_t begin, std::uint32_t end) const;
   float touch_time(std::uint32_t contact) const;
   bool touches(std::uint32_t contact) const;
@@ -194,6 +195,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Ledger> ledger_;
   std::vector<Outlook> outlook_;
   std::vector<float> impact_time_;  // [rows] s, when impacts among several of its island happen
+  std::vector<std::uint8_t> held_;  // [rows] see find_held
   std::vector<core::BodyIndex> body_;
   std::vector<std::uint32_t> kinematic_row_;  // [kinematics of the step] or 0
   std::vector<std::uint32_t> used_kinematics_;
