@@ -94,8 +94,10 @@ struct alignas(64) LaneInput {
   float inertia_a[6][kMaxWidth], inertia_b[6][kMaxWidth];
   float angular_a[3][kMaxWidth], angular_b[3][kMaxWidth];
   float touch[kMaxWidth];
-  // Of take_back alone: m, how much farther b is from a when impacts among several happen.
+  // Of take_back alone: m, how much farther b is from a when impacts among several happen; above 0 if one
+  // of them does not fly freely until then.
   float shift[3][kMaxWidth];
+  float held[kMaxWidth];
 };
 
 // And out of them: impulses for the next step and for events into the manifolds, and what the step

@@ -201,7 +201,8 @@ SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, 
   scatter_marked(pass, block.row_b, b);
 }
 
-// Takes back what a contact between struck bodies gave, but for the load that it carried before.
+// Takes back what a contact between struck bodies gave, but for the load that it carried before
+// where that holds one of them.
 // What it is from now on: `carried` is 1 + restitution, 0 for contacts between others.
 template <int P, bool kFull>
 static void take_back(const ContactPass& pass, const LaneInput& input, void* memory) {
@@ -210,6 +211,7 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
   const Frame<P, kFull> f = load_frame(block);
   const F none = zero(), one = L::set(1.0f), substeps = L::set(pass.substeps);
   const M struck = L::both(L::less(none, L::max(a.struck, b.struck)), pushed(block));
+  const M held = L::less(none, L::load(input.held));
   F old[4], material[4];
   gather_row(input, kImpulseRow, old);
   gather_row(input, kMaterialRow, material);
@@ -218,7 +220,7 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
   for (int i = 0; i < P; ++i) {
     const F given = load(block.friction.normal_sum[i]);
     all = all + given;
-    const F load_before = L::select(L::less(none, load(block.points.mass[i])),
+    const F load_before = L::select(L::both(held, L::less(none, load(block.points.mass[i]))),
                                     L::max(L::min(old[i] * substeps, given), none), none);
     const F d = L::select(struck, load_before - given, none);
     sum.push = sum.push + d;

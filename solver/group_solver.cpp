@@ -283,6 +283,7 @@ void GroupSolver::seat_kinematics() {
 
 // Impacts among several bodies of an island all happen when the first of them does.
 void GroupSolver::set_impact_times() {
+  core::refill(held_, row_count_, std::uint8_t{0});
   if (!has_bounces_.load(std::memory_order_relaxed) || !joints_.empty()) return;
   find_held();
   core::refill(impact_time_, row_count_, 0.0f);
@@ -299,7 +300,6 @@ void GroupSolver::set_impact_times() {
 // Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
 // move them, and their contacts have no time of their own.
 void GroupSolver::find_held() {
-  core::refill(held_, row_count_, std::uint8_t{0});
   const auto forced = [this](std::uint32_t row) {
     if (row - 1 >= body_count_) return false;
     const BodyIndex body = body_[row];
@@ -944,6 +944,7 @@ void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t 
   const bool free = !padding && flies(a) && flies(b);
   double time = padding ? 0 : double(touch_time(contact));
   input.touch[lane] = free && (time > 0 || touches(contact)) ? core::rounded_to_float(time) : -1;
+  input.held[lane] = free ? 0.0f : 1.0f;
   Vec3 shift = Vec3::Zero();
   if (impact && free) {
     const double then = time_of_impacts(contact);
