@@ -326,3 +326,40 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);
 }
+
+// m: bodies that fly may overlap by this much more.
+static constexpr float kSinks = 1e-3f;
+
+// Two that would fly into each other, since impulses of few passes do not part all of them, come to where
+// the substeps have brought them.
+template <int P, bool kFull>
+SKERRY_LANE void settle_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const Frame<P, kFull> f = load_frame(block);
+  const F none = zero();
+  F flown[P], moved[P];
+  separations(way_of(pass, block.row_a, a), way_of(pass, block.row_b, b), block, f, flown);
+  separations(pass, block, f, moved);
+  F deepest = none;
+  for (int i = 0; i < P; ++i) {
+    const F beyond = L::select(L::less(flown[i], moved[i]), flown[i], none);
+    const F there = load(block.points.mass[i]);
+    deepest = L::min(deepest, L::select(L::less(none, there), beyond, none));
+  }
+  const M sinks = L::less(deepest, L::set(-kSinks));
+  if (!L::any(sinks)) return;
+  a.pushes = L::select(sinks, none - L::set(1.0f), a.pushes);
+  b.pushes = L::select(sinks, none - L::set(1.0f), b.pushes);
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
+SKERRY_LANE Way way_of(const ContactPass& pass, const std::uint32_t* index, const Marked& body) {
+  const M flies = L::less(L::set(-0.5f), body.pushes);
+  const Way flown = gather_way(pass.flown, index), moved = gather_way(pass.delta, index);
+  Way way;
+  for (int k = 0; k < 4; ++k) {
+    way.translation[k] = L::select(flies, flown.translation[k], moved.translation[k]);
+    way.rotation[k] = L::select(flies, flown.rotation[k], moved.rotation[k]);
+  }
+  return way;
+}

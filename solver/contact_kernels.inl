@@ -155,17 +155,29 @@ struct KernelsOf {
     return add(e, e);
   }
 
+  // How far a body has come since the start of the step (DeltaRow).
+  struct Way {
+    F translation[4], rotation[4];
+  };
+  SKERRY_LANE Way gather_way(const DeltaRow* rows, const std::uint32_t* index) {
+    Way way;
+    L::gather(floats(rows), 8, index, way.translation);
+    L::gather(floats(rows) + 4, 8, index, way.rotation);
+    return way;
+  }
+
   // Separation of each point now.
   template <int P, bool kFull>
   SKERRY_LANE void separations(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
                                const Frame<P, kFull>& f, F* s) {
-    const float* base = floats(pass.delta);
-    F da[4], qa[4], db[4], qb[4];
-    L::gather(base, 8, block.row_a, da);
-    L::gather(base + 4, 8, block.row_a, qa);
-    L::gather(base, 8, block.row_b, db);
-    L::gather(base + 4, 8, block.row_b, qb);
-    const V ea = turned_back(qa, f.n), eb = turned_back(qb, f.n);
+    const DeltaRow* rows = pass.delta;
+    separations(gather_way(rows, block.row_a), gather_way(rows, block.row_b), block, f, s);
+  }
+  template <int P, bool kFull>
+  SKERRY_LANE void separations(const Way& a, const Way& b, const ContactBlock<W, P, kFull>& block,
+                               const Frame<P, kFull>& f, F* s) {
+    const F *da = a.translation, *db = b.translation;
+    const V ea = turned_back(a.rotation, f.n), eb = turned_back(b.rotation, f.n);
     const V d = {db[0] - da[0], db[1] - da[1], db[2] - da[2]};
     // A rounded surface turns about the centre of its rounding.
     const F rounds = load(block.rounding_a) * dot(ea, f.n) + load(block.rounding_b) * dot(eb, f.n);
@@ -615,6 +627,12 @@ struct KernelsOf {
     for (std::uint32_t i = 0; i < count; ++i) reflect_block(pass, blocks[i]);
   }
 
+  template <int P, bool kFull>
+  static void settle(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) settle_block(pass, blocks[i]);
+  }
+
   // ---- Bodies: W consecutive rows.
   SKERRY_LANE void consecutive(std::uint32_t first, std::uint32_t* index) {
     for (int i = 0; i < W; ++i) index[i] = first + static_cast<std::uint32_t>(i);
@@ -725,6 +743,7 @@ struct KernelsOf {
             &take_back<P, kFull>,
             &reflect<P, kFull>,
             &restitute<P, kFull>,
+            &settle<P, kFull>,
             &store_block<P, kFull>};
   }
   static ContactKernels make(const char* name) {

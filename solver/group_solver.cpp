@@ -47,7 +47,7 @@ constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
-constexpr int kStrikePasses = 4, kReflectPasses = 8;
+constexpr int kStrikePasses = 4, kReflectPasses = 8, kSettlePasses = 2;
 
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
@@ -472,6 +472,8 @@ void GroupSolver::set_constants() {
   pass_.start = start_.data();
   pass_.forced = forced_.data();
   pass_.delta = delta_.data();
+  if (has_bounces_.load(std::memory_order_relaxed)) grow(flown_, padded_rows_);
+  pass_.flown = flown_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
   pass_.spin = spin_.data();
@@ -545,7 +547,7 @@ void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
-      op == Op::close_velocities || op == Op::rebalance) {
+      op == Op::close_velocities || op == Op::rebalance || op == Op::fly) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare_joints || op == Op::store_joints) {
     blocks = joints_.chunks();
@@ -607,6 +609,10 @@ void GroupSolver::list_phases() {
   }
   if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
   add_colours(Op::store);
+  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
+    add_phase(Op::fly);
+    for (int i = 0; i < kSettlePasses; ++i) add_colours(Op::settle);
+  }
   add_phase(Op::store_joints);
   add_phase(Op::finish);
 }
@@ -636,6 +642,8 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return joints_.bodies.kick(begin, end, joints_.h(), JointBatch::kHalfKick, true);
     case Op::rebalance:
       return rebalance_rows(std::max(begin, 1u), std::min(end, pass_.dynamic_end));
+    case Op::fly:
+      return fly_rows(begin, std::min(end, row_count_));
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
@@ -654,7 +662,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 // Passes that change nothing where no contact may bounce.
 bool GroupSolver::is_bounce(Op op) {
   return op == Op::count_pushes || op == Op::strike || op == Op::take_back || op == Op::reflect ||
-         op == Op::restitute;
+         op == Op::restitute || op == Op::settle;
 }
 
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
@@ -681,6 +689,8 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
       return kernel.reflect(pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
+    case Op::settle:
+      return kernel.settle(pass_, blocks, chunk.count);
     default:
       return store_chunk(chunk);
   }
@@ -1133,8 +1143,22 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
 double GroupSolver::time_of_impact(std::uint32_t row) const {
   const Ledger& ledger = ledger_[row];
   if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
+  if (velocity_[row].pushes < 0) return -1;
   if (velocity_[row].struck > 0) return double(impact_time_[row]);
   return ledger.several ? -1 : double(ledger.bounce_time);
+}
+
+void GroupSolver::fly_rows(std::uint32_t begin, std::uint32_t end) {
+  if (!bounces_.load(std::memory_order_relaxed)) return;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    flown_[row] = delta_[row];
+    const double time = row - 1 < body_count_ ? time_of_impact(row) : -1;
+    if (time < 0) continue;
+    const BodyPose& pose = step_->bodies->pose[body_[row]];
+    const BodyPose next = pose_after_impact(row, time);
+    flown_[row].translation = to_float(Vec3(next.center - pose.center));
+    flown_[row].rotation = to_float(Quat(next.orientation * pose.orientation.conjugate()));
+  }
 }
 
 // Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.

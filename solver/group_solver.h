@@ -54,6 +54,8 @@ class GroupSolver final : public jobs::PhaseProgram {
     rebalance,
     reflect,
     restitute,
+    fly,
+    settle,
     store,
     store_joints,
     close_velocities,
@@ -152,6 +154,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   Vec3 offset_after(std::uint32_t contact, double from, double time) const;
   Vec3 torque_on(std::uint32_t row) const;
   double time_of_impact(std::uint32_t row) const;
+  void fly_rows(std::uint32_t begin, std::uint32_t end);
   core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
   core::BodyPose pose_after_impact(std::uint32_t row, double time) const;
   void store_chunk(const Chunk& chunk);
@@ -193,6 +196,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<BaseRow> base_;
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
+  std::vector<DeltaRow> flown_;  // [rows] see ContactPass; written where contacts may bounce
   std::vector<Outlook> outlook_;
   std::vector<float> impact_time_;  // [rows] s, when impacts among several of its island happen
   std::vector<std::uint8_t> held_;  // [rows] see find_held
