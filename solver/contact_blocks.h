@@ -46,7 +46,7 @@ struct ContactPass {
   VelocityRow* start = nullptr;   // velocities at the start of the step
   VelocityRow* forced = nullptr;  // of this substep, after external forces and before impulses
   DeltaRow* delta = nullptr;
-  const DeltaRow* flown = nullptr;  // where bodies come that fly to their impacts and on
+  DeltaRow* flown = nullptr;  // where bodies come that fly to their impacts and on
   const MassRow* mass = nullptr;
   const BaseRow* base = nullptr;
   const SpinRow* spin = nullptr;
@@ -214,6 +214,7 @@ struct ContactKernels {
     void (*take_back)(const ContactPass& pass, const LaneInput& input, void* block);
     void (*reflect)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*part)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*settle)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*store)(const void* block, LaneOutput& output);  // padding lanes need manifolds too
   };

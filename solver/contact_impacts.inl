@@ -327,14 +327,42 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   scatter_marked(pass, block.row_b, b);
 }
 
-// m: bodies that fly may overlap by this much more.
-static constexpr float kSinks = 1e-3f;
-
-// Two that would fly into each other, since impulses of few passes do not part all of them, come to where
-// the substeps have brought them.
+// Two that would fly into each other, since impulses of few passes do not part all of them, are moved apart,
+// straight and with their common centre of mass at rest: that gives no momentum, and next to no moment of it.
+template <int P, bool kFull>
+SKERRY_LANE void part_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  const Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const F depth = flown_depth(pass, block, a, b);
+  if (!L::any(L::less(zero(), depth))) return;
+  V mass_a, mass_b;
+  inverse_masses(block, mass_a, mass_b);
+  const F yields_a = L::select(flies(a), mass_a.x, zero());
+  const F yields_b = L::select(flies(b), mass_b.x, zero());
+  const F most = L::set(pass.max_push * pass.substep);
+  const F part = L::min(depth, most) * inverse_or_zero(yields_a + yields_b);
+  const V n = load3(block.normal);
+  shift_flown(pass, block.row_a, mul(n, zero() - part * yields_a));
+  shift_flown(pass, block.row_b, mul(n, part * yields_b));
+}
+// Where that does not part them either, they come to where the substeps have brought them.
 template <int P, bool kFull>
 SKERRY_LANE void settle_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  constexpr float kSinks = 1e-2f;  // m
   Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
+  const M sinks = L::less(L::set(kSinks), flown_depth(pass, block, a, b));
+  if (!L::any(sinks)) return;
+  a.pushes = L::select(sinks, none_flies(), a.pushes);
+  b.pushes = L::select(sinks, none_flies(), b.pushes);
+  scatter_marked(pass, block.row_a, a);
+  scatter_marked(pass, block.row_b, b);
+}
+SKERRY_LANE F none_flies() { return L::set(-1.0f); }
+SKERRY_LANE M flies(const Marked& body) { return L::less(L::set(-0.5f), body.pushes); }
+
+// m: by how much they overlap after the step, beyond what the substeps leave; 0: not at all.
+template <int P, bool kFull>
+SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
+                          const Marked& a, const Marked& b) {
   const Frame<P, kFull> f = load_frame(block);
   const F none = zero();
   F flown[P], moved[P];
@@ -342,24 +370,29 @@ SKERRY_LANE void settle_block(const ContactPass& pass, const ContactBlock<W, P, 
   separations(pass, block, f, moved);
   F deepest = none;
   for (int i = 0; i < P; ++i) {
-    const F beyond = L::select(L::less(flown[i], moved[i]), flown[i], none);
-    const F there = load(block.points.mass[i]);
-    deepest = L::min(deepest, L::select(L::less(none, there), beyond, none));
+    const F most = L::min(moved[i], none) - flown[i];
+    const M there = L::less(none, load(block.points.mass[i]));
+    deepest = L::max(deepest, L::select(there, most, none));
   }
-  const M sinks = L::less(deepest, L::set(-kSinks));
-  if (!L::any(sinks)) return;
-  a.pushes = L::select(sinks, none - L::set(1.0f), a.pushes);
-  b.pushes = L::select(sinks, none - L::set(1.0f), b.pushes);
-  scatter_marked(pass, block.row_a, a);
-  scatter_marked(pass, block.row_b, b);
+  return deepest;
 }
 SKERRY_LANE Way way_of(const ContactPass& pass, const std::uint32_t* index, const Marked& body) {
-  const M flies = L::less(L::set(-0.5f), body.pushes);
   const Way flown = gather_way(pass.flown, index), moved = gather_way(pass.delta, index);
   Way way;
   for (int k = 0; k < 4; ++k) {
-    way.translation[k] = L::select(flies, flown.translation[k], moved.translation[k]);
-    way.rotation[k] = L::select(flies, flown.rotation[k], moved.rotation[k]);
+    way.translation[k] = L::select(flies(body), flown.translation[k], moved.translation[k]);
+    way.rotation[k] = L::select(flies(body), flown.rotation[k], moved.rotation[k]);
   }
   return way;
+}
+SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index, const V& by) {
+  alignas(32) float sink[8];
+  float* address[W];
+  float* base = floats(pass.flown);
+  for (int i = 0; i < W; ++i)
+    address[i] = index[i] - 1 < pass.dynamic_end - 1 ? base + std::size_t{index[i]} * 8 : sink;
+  F t[4];
+  L::gather(base, 8, index, t);
+  const F moved[4] = {t[0] + by.x, t[1] + by.y, t[2] + by.z, t[3]};
+  L::scatter(moved, address);
 }

@@ -628,6 +628,11 @@ struct KernelsOf {
   }
 
   template <int P, bool kFull>
+  static void part(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) part_block(pass, blocks[i]);
+  }
+  template <int P, bool kFull>
   static void settle(const ContactPass& pass, void* memory, std::uint32_t count) {
     auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
     for (std::uint32_t i = 0; i < count; ++i) settle_block(pass, blocks[i]);
@@ -743,6 +748,7 @@ struct KernelsOf {
             &take_back<P, kFull>,
             &reflect<P, kFull>,
             &restitute<P, kFull>,
+            &part<P, kFull>,
             &settle<P, kFull>,
             &store_block<P, kFull>};
   }

@@ -47,7 +47,7 @@ constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
-constexpr int kStrikePasses = 4, kReflectPasses = 8, kSettlePasses = 2;
+constexpr int kStrikePasses = 4, kReflectPasses = 8, kPartPasses = 4, kSettlePasses = 2;
 
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
@@ -611,6 +611,7 @@ void GroupSolver::list_phases() {
   add_colours(Op::store);
   if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_phase(Op::fly);
+    for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
     for (int i = 0; i < kSettlePasses; ++i) add_colours(Op::settle);
   }
   add_phase(Op::store_joints);
@@ -662,7 +663,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 // Passes that change nothing where no contact may bounce.
 bool GroupSolver::is_bounce(Op op) {
   return op == Op::count_pushes || op == Op::strike || op == Op::take_back || op == Op::reflect ||
-         op == Op::restitute || op == Op::settle;
+         op == Op::restitute || op == Op::part || op == Op::settle;
 }
 
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
@@ -689,6 +690,8 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
       return kernel.reflect(pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
+    case Op::part:
+      return kernel.part(pass_, blocks, chunk.count);
     case Op::settle:
       return kernel.settle(pass_, blocks, chunk.count);
     default:
@@ -1207,6 +1210,12 @@ BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
           orientation_after(rest, mass, flags, there, momentum + time * torque + spin, torque)};
 }
 
+// m: how far the body has been moved away from others that it would have flown into.
+Vec3 GroupSolver::parted(std::uint32_t row, const BodyPose& flown) const {
+  const V3f way = to_float(Vec3(flown.center - step_->bodies->pose[body_[row]].center));
+  return to_double(flown_[row].translation) - to_double(way);
+}
+
 void GroupSolver::finish_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   Bodies& bodies = *step_->bodies;
@@ -1229,8 +1238,9 @@ void GroupSolver::finish_body(std::uint32_t row) {
   }
 
   const double impact = time_of_impact(row);
-  const BodyPose next =
+  BodyPose next =
       impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
+  if (impact >= 0 && joints_.empty()) next.center += parted(row, next);
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);
