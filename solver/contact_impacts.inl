@@ -336,13 +336,12 @@ SKERRY_LANE void part_block(const ContactPass& pass, const ContactBlock<W, P, kF
   if (!L::any(L::less(zero(), depth))) return;
   V mass_a, mass_b;
   inverse_masses(block, mass_a, mass_b);
-  const F yields_a = L::select(flies(a), mass_a.x, zero());
-  const F yields_b = L::select(flies(b), mass_b.x, zero());
-  const F most = L::set(pass.max_push * pass.substep);
-  const F part = L::min(depth, most) * inverse_or_zero(yields_a + yields_b);
   const V n = load3(block.normal);
-  shift_flown(pass, block.row_a, mul(n, zero() - part * yields_a));
-  shift_flown(pass, block.row_b, mul(n, part * yields_b));
+  const V yields_a = along(n, mass_a), yields_b = along(n, mass_b);
+  const F most = L::set(pass.max_push * pass.substep);
+  const F part = L::min(depth, most) * inverse_or_zero(dot(n, add(yields_a, yields_b)));
+  shift_flown(pass, block.row_a, mul(yields_a, zero() - part));
+  shift_flown(pass, block.row_b, mul(yields_b, part));
 }
 // Where that does not part them either, they come to where the substeps have brought them.
 template <int P, bool kFull>
@@ -356,6 +355,7 @@ SKERRY_LANE void settle_block(const ContactPass& pass, const ContactBlock<W, P, 
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);
 }
+SKERRY_LANE V along(const V& n, const V& mass) { return {n.x * mass.x, n.y * mass.y, n.z * mass.z}; }
 SKERRY_LANE F none_flies() { return L::set(-1.0f); }
 SKERRY_LANE M flies(const Marked& body) { return L::less(L::set(-0.5f), body.pushes); }
 

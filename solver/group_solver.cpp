@@ -1211,8 +1211,9 @@ BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
 }
 
 // m: how far the body has been moved away from others that it would have flown into.
-Vec3 GroupSolver::parted(std::uint32_t row, const BodyPose& flown) const {
-  const V3f way = to_float(Vec3(flown.center - step_->bodies->pose[body_[row]].center));
+Vec3 GroupSolver::parted(std::uint32_t row, const BodyPose& next, bool flies) const {
+  if (velocity_[row].pushes < 0) return Vec3::Zero();
+  const V3f way = flies ? to_float(Vec3(next.center - step_->bodies->pose[body_[row]].center)) : delta_[row].translation;
   return to_double(flown_[row].translation) - to_double(way);
 }
 
@@ -1240,7 +1241,7 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const double impact = time_of_impact(row);
   BodyPose next =
       impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
-  if (impact >= 0 && joints_.empty()) next.center += parted(row, next);
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty()) next.center += parted(row, next, impact >= 0);
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);

@@ -157,7 +157,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   double time_of_impact(std::uint32_t row) const;
   void fly_rows(std::uint32_t begin, std::uint32_t end);
   core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
-  Vec3 parted(std::uint32_t row, const core::BodyPose& flown) const;
+  Vec3 parted(std::uint32_t row, const core::BodyPose& next, bool flies) const;
   core::BodyPose pose_after_impact(std::uint32_t row, double time) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
