@@ -215,7 +215,6 @@ struct ContactKernels {
     void (*reflect)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*part)(const ContactPass& pass, void* blocks, std::uint32_t count);
-    void (*settle)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*store)(const void* block, LaneOutput& output);  // padding lanes need manifolds too
   };
   const char* name;

@@ -327,63 +327,40 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   scatter_marked(pass, block.row_b, b);
 }
 
-// Two that would fly into each other, since impulses of few passes do not part all of them, are moved apart,
-// straight and with their common centre of mass at rest: that gives no momentum, and next to no moment of it.
+// Two that would fly into each other, since impulses of few passes do not part all of them, are moved apart
+// straight and with their common centre of mass at rest: that gives no momentum, and little moment of it.
 template <int P, bool kFull>
 SKERRY_LANE void part_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
-  const Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
-  const F depth = flown_depth(pass, block, a, b);
-  if (!L::any(L::less(zero(), depth))) return;
+  const F none = zero();
+  const F depth = flown_depth(pass, block);
+  if (!L::any(L::less(none, depth))) return;
   V mass_a, mass_b;
   inverse_masses(block, mass_a, mass_b);
   const V n = load3(block.normal);
-  const V yields_a = along(n, mass_a), yields_b = along(n, mass_b);
-  const F most = L::set(pass.max_push * pass.substep);
-  const F part = L::min(depth, most) * inverse_or_zero(dot(n, add(yields_a, yields_b)));
-  shift_flown(pass, block.row_a, mul(yields_a, zero() - part));
-  shift_flown(pass, block.row_b, mul(yields_b, part));
+  const F heavy = inverse_or_zero(dot(n, add(along(n, mass_a), along(n, mass_b))));
+  const F part = L::min(depth, L::set(pass.max_push * pass.substep)) * heavy;
+  shift_flown(pass, block.row_a, mul(along(n, mass_a), none - part));
+  shift_flown(pass, block.row_b, mul(along(n, mass_b), part));
 }
-// Where that does not part them either, they come to where the substeps have brought them.
-template <int P, bool kFull>
-SKERRY_LANE void settle_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
-  constexpr float kSinks = 1e-2f;  // m
-  Marked a = gather_marked(pass, block.row_a), b = gather_marked(pass, block.row_b);
-  const M sinks = L::less(L::set(kSinks), flown_depth(pass, block, a, b));
-  if (!L::any(sinks)) return;
-  a.pushes = L::select(sinks, none_flies(), a.pushes);
-  b.pushes = L::select(sinks, none_flies(), b.pushes);
-  scatter_marked(pass, block.row_a, a);
-  scatter_marked(pass, block.row_b, b);
+SKERRY_LANE V along(const V& direction, const V& mass) {
+  return {direction.x * mass.x, direction.y * mass.y, direction.z * mass.z};
 }
-SKERRY_LANE V along(const V& n, const V& mass) { return {n.x * mass.x, n.y * mass.y, n.z * mass.z}; }
-SKERRY_LANE F none_flies() { return L::set(-1.0f); }
-SKERRY_LANE M flies(const Marked& body) { return L::less(L::set(-0.5f), body.pushes); }
 
 // m: by how much they overlap after the step, beyond what the substeps leave; 0: not at all.
 template <int P, bool kFull>
-SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
-                          const Marked& a, const Marked& b) {
+SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
   const Frame<P, kFull> f = load_frame(block);
   const F none = zero();
   F flown[P], moved[P];
-  separations(way_of(pass, block.row_a, a), way_of(pass, block.row_b, b), block, f, flown);
+  separations(gather_way(pass.flown, block.row_a), gather_way(pass.flown, block.row_b), block, f, flown);
   separations(pass, block, f, moved);
   F deepest = none;
   for (int i = 0; i < P; ++i) {
-    const F most = L::min(moved[i], none) - flown[i];
+    const F depth = L::min(moved[i], none) - flown[i];
     const M there = L::less(none, load(block.points.mass[i]));
-    deepest = L::max(deepest, L::select(there, most, none));
+    deepest = L::max(deepest, L::select(there, depth, none));
   }
   return deepest;
-}
-SKERRY_LANE Way way_of(const ContactPass& pass, const std::uint32_t* index, const Marked& body) {
-  const Way flown = gather_way(pass.flown, index), moved = gather_way(pass.delta, index);
-  Way way;
-  for (int k = 0; k < 4; ++k) {
-    way.translation[k] = L::select(flies(body), flown.translation[k], moved.translation[k]);
-    way.rotation[k] = L::select(flies(body), flown.rotation[k], moved.rotation[k]);
-  }
-  return way;
 }
 SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index, const V& by) {
   alignas(32) float sink[8];

@@ -632,12 +632,6 @@ struct KernelsOf {
     auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
     for (std::uint32_t i = 0; i < count; ++i) part_block(pass, blocks[i]);
   }
-  template <int P, bool kFull>
-  static void settle(const ContactPass& pass, void* memory, std::uint32_t count) {
-    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
-    for (std::uint32_t i = 0; i < count; ++i) settle_block(pass, blocks[i]);
-  }
-
   // ---- Bodies: W consecutive rows.
   SKERRY_LANE void consecutive(std::uint32_t first, std::uint32_t* index) {
     for (int i = 0; i < W; ++i) index[i] = first + static_cast<std::uint32_t>(i);
@@ -749,7 +743,6 @@ struct KernelsOf {
             &reflect<P, kFull>,
             &restitute<P, kFull>,
             &part<P, kFull>,
-            &settle<P, kFull>,
             &store_block<P, kFull>};
   }
   static ContactKernels make(const char* name) {

@@ -47,7 +47,7 @@ constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
-constexpr int kStrikePasses = 4, kReflectPasses = 8, kPartPasses = 4, kSettlePasses = 2;
+constexpr int kStrikePasses = 4, kReflectPasses = 8, kPartPasses = 4;
 
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
@@ -612,7 +612,6 @@ void GroupSolver::list_phases() {
   if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_phase(Op::fly);
     for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
-    for (int i = 0; i < kSettlePasses; ++i) add_colours(Op::settle);
   }
   add_phase(Op::store_joints);
   add_phase(Op::finish);
@@ -663,7 +662,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 // Passes that change nothing where no contact may bounce.
 bool GroupSolver::is_bounce(Op op) {
   return op == Op::count_pushes || op == Op::strike || op == Op::take_back || op == Op::reflect ||
-         op == Op::restitute || op == Op::part || op == Op::settle;
+         op == Op::restitute || op == Op::part;
 }
 
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
@@ -692,8 +691,6 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
       return kernel.restitute(pass_, blocks, chunk.count);
     case Op::part:
       return kernel.part(pass_, blocks, chunk.count);
-    case Op::settle:
-      return kernel.settle(pass_, blocks, chunk.count);
     default:
       return store_chunk(chunk);
   }
@@ -1146,7 +1143,6 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
 double GroupSolver::time_of_impact(std::uint32_t row) const {
   const Ledger& ledger = ledger_[row];
   if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
-  if (velocity_[row].pushes < 0) return -1;
   if (velocity_[row].struck > 0) return double(impact_time_[row]);
   return ledger.several ? -1 : double(ledger.bounce_time);
 }
@@ -1212,7 +1208,6 @@ BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
 
 // m: how far the body has been moved away from others that it would have flown into.
 Vec3 GroupSolver::parted(std::uint32_t row, const BodyPose& next, bool flies) const {
-  if (velocity_[row].pushes < 0) return Vec3::Zero();
   const V3f way = flies ? to_float(Vec3(next.center - step_->bodies->pose[body_[row]].center)) : delta_[row].translation;
   return to_double(flown_[row].translation) - to_double(way);
 }

@@ -56,7 +56,6 @@ class GroupSolver final : public jobs::PhaseProgram {
     restitute,
     fly,
     part,
-    settle,
     store,
     store_joints,
     close_velocities,
