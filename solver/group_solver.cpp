@@ -300,19 +300,20 @@ void GroupSolver::set_impact_times() {
 // Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
 // move them, and their contacts have no time of their own.
 void GroupSolver::find_held() {
-  const auto forced = [this](std::uint32_t row) {
-    if (row - 1 >= body_count_) return false;
-    const BodyIndex body = body_[row];
-    return (step_->bodies->flags[body] & kForced) != 0 ||
-           (step_->bodies->mass[body].gravity_scale != 0 && !step_->settings->gravity.isZero(0));
-  };
   for (std::uint32_t i = 0; i < contact_count_; ++i) {
     const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
     const std::uint32_t a = row_a_[i], b = row_b_[i];
     const float* n = manifold.normal_impulse;
     const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
-    if ((pushed || gap_of(manifold) < -kDeep) && (forced(a) || forced(b))) held_[a] = held_[b] = 1;
+    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
   }
+}
+
+bool GroupSolver::is_forced(std::uint32_t row) const {
+  if (row - 1 >= body_count_) return false;
+  const BodyIndex body = body_[row];
+  return (step_->bodies->flags[body] & kForced) != 0 ||
+         (step_->bodies->mass[body].gravity_scale != 0 && !step_->settings->gravity.isZero(0));
 }
 
 // s: when the first of these contacts bounces.
@@ -472,7 +473,10 @@ void GroupSolver::set_constants() {
   pass_.start = start_.data();
   pass_.forced = forced_.data();
   pass_.delta = delta_.data();
-  if (has_bounces_.load(std::memory_order_relaxed)) grow(flown_, padded_rows_);
+  if (has_bounces_.load(std::memory_order_relaxed)) {
+    grow(flown_, padded_rows_);
+    grow(flown_from_, row_count_);
+  }
   pass_.flown = flown_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
@@ -612,6 +616,7 @@ void GroupSolver::list_phases() {
   if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
     add_phase(Op::fly);
     for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
+    add_phase(Op::balance);
   }
   add_phase(Op::store_joints);
   add_phase(Op::finish);
@@ -644,6 +649,8 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return rebalance_rows(std::max(begin, 1u), std::min(end, pass_.dynamic_end));
     case Op::fly:
       return fly_rows(begin, std::min(end, row_count_));
+    case Op::balance:
+      return balance_parted();
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
@@ -1151,11 +1158,12 @@ void GroupSolver::fly_rows(std::uint32_t begin, std::uint32_t end) {
   if (!bounces_.load(std::memory_order_relaxed)) return;
   for (std::uint32_t row = begin; row < end; ++row) {
     flown_[row] = delta_[row];
+    flown_from_[row] = delta_[row].translation;
     const double time = row - 1 < body_count_ ? time_of_impact(row) : -1;
     if (time < 0) continue;
     const BodyPose& pose = step_->bodies->pose[body_[row]];
     const BodyPose next = pose_after_impact(row, time);
-    flown_[row].translation = to_float(Vec3(next.center - pose.center));
+    flown_[row].translation = flown_from_[row] = to_float(Vec3(next.center - pose.center));
     flown_[row].rotation = to_float(Quat(next.orientation * pose.orientation.conjugate()));
   }
 }
@@ -1207,9 +1215,48 @@ BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
 }
 
 // m: how far the body has been moved away from others that it would have flown into.
-Vec3 GroupSolver::parted(std::uint32_t row, const BodyPose& next, bool flies) const {
-  const V3f way = flies ? to_float(Vec3(next.center - step_->bodies->pose[body_[row]].center)) : delta_[row].translation;
-  return to_double(flown_[row].translation) - to_double(way);
+Vec3 GroupSolver::parted(std::uint32_t row) const {
+  return to_double(flown_[row].translation) - to_double(flown_from_[row]);
+}
+
+// Where nothing but contacts acts, bodies that were moved apart keep the moment of their momenta: all of the
+// island are moved by little, d = r x (v - mean v) with the r that takes the change back, which moves the
+// common centre of mass no more than parting did.
+void GroupSolver::balance_parted() {
+  if (!bounces_.load(std::memory_order_relaxed)) return;
+  std::uint32_t row = 1;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const std::uint32_t end = row + step_->islands->islands[group_.first + i].body_count;
+    balance_parted(row, end);
+    row = end;
+  }
+}
+
+void GroupSolver::balance_parted(std::uint32_t begin, std::uint32_t end) {
+  Vec3 change = Vec3::Zero(), momentum = Vec3::Zero();
+  double total = 0;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    if (is_forced(row)) return;
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    const Vec3 linear = to_double(velocity_[row].linear);
+    change += mass * parted(row).cross(linear);
+    momentum += mass * linear;
+    total += mass;
+  }
+  if (change.isZero(0)) return;
+  const Vec3 mean = momentum / total;
+  Mat3 spread = Mat3::Zero();
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const Vec3 v = to_double(velocity_[row].linear) - mean;
+    spread += step_->bodies->mass[body_[row]].mass *
+              (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
+  }
+  spread += (1e-9 * spread.trace()) * Mat3::Identity();  // all along one line: none about that
+  const Vec3 r = spread.inverse() * change;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const Vec3 by = r.cross(to_double(velocity_[row].linear) - mean);
+    flown_[row].translation = flown_[row].translation + to_float(by);
+  }
 }
 
 void GroupSolver::finish_body(std::uint32_t row) {
@@ -1236,7 +1283,7 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const double impact = time_of_impact(row);
   BodyPose next =
       impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
-  if (bounces_.load(std::memory_order_relaxed) && joints_.empty()) next.center += parted(row, next, impact >= 0);
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty()) next.center += parted(row);
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);

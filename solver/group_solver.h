@@ -56,6 +56,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     restitute,
     fly,
     part,
+    balance,
     store,
     store_joints,
     close_velocities,
@@ -145,6 +146,7 @@ class GroupSolver final : public jobs::PhaseProgram {
                  double time) const;
   void set_impact_times();
   void find_held();
+  bool is_forced(std::uint32_t row) const;
   float first_impact(std::uint32_t begin, std::uint32_t end) const;
   float touch_time(std::uint32_t contact) const;
   bool touches(std::uint32_t contact) const;
@@ -156,7 +158,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   double time_of_impact(std::uint32_t row) const;
   void fly_rows(std::uint32_t begin, std::uint32_t end);
   core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
-  Vec3 parted(std::uint32_t row, const core::BodyPose& next, bool flies) const;
+  Vec3 parted(std::uint32_t row) const;
+  void balance_parted();
+  void balance_parted(std::uint32_t begin, std::uint32_t end);
   core::BodyPose pose_after_impact(std::uint32_t row, double time) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
@@ -198,6 +202,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
   std::vector<DeltaRow> flown_;  // [rows] see ContactPass; written where contacts may bounce
+  std::vector<core::V3f> flown_from_;  // [rows] m, their translation before bodies were parted
   std::vector<Outlook> outlook_;
   std::vector<float> impact_time_;  // [rows] s, when impacts among several of its island happen
   std::vector<std::uint8_t> held_;  // [rows] see find_held
