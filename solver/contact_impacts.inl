@@ -352,7 +352,8 @@ SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFul
   const Frame<P, kFull> f = load_frame(block);
   const F none = zero();
   F flown[P], moved[P];
-  separations(gather_way(pass.flown, block.row_a), gather_way(pass.flown, block.row_b), block, f, flown);
+  separations(gather_way(pass.flown, block.row_a), gather_way(pass.flown, block.row_b), block, f,
+              flown);
   separations(pass, block, f, moved);
   F deepest = none;
   for (int i = 0; i < P; ++i) {

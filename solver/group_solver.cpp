@@ -305,7 +305,8 @@ void GroupSolver::find_held() {
     const std::uint32_t a = row_a_[i], b = row_b_[i];
     const float* n = manifold.normal_impulse;
     const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
-    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
+    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b)))
+      held_[a] = held_[b] = 1;
   }
 }
 
@@ -1070,7 +1071,8 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
     ledger.impact = ledger.impact || impact;
   };
   Vec3 offset(contacts_[index].offset[0], contacts_[index].offset[1], contacts_[index].offset[2]);
-  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0 && flies(row_a_[index]) && flies(row_b_[index]))
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0 &&
+      flies(row_a_[index]) && flies(row_b_[index]))
     offset = offset_after(index, double(touch_time(index)), time_of_impacts(index));
   add(row_a_[index], push, torque_a, -1);
   add(row_b_[index], push, torque_a - offset.cross(push), 1);
@@ -1233,24 +1235,24 @@ void GroupSolver::balance_parted() {
 }
 
 void GroupSolver::balance_parted(std::uint32_t begin, std::uint32_t end) {
-  Vec3 change = Vec3::Zero(), momentum = Vec3::Zero();
+  Vec3 momentum = Vec3::Zero();
   double total = 0;
   for (std::uint32_t row = begin; row < end; ++row) {
     if (is_forced(row)) return;
     const double mass = step_->bodies->mass[body_[row]].mass;
-    const Vec3 linear = to_double(velocity_[row].linear);
-    change += mass * parted(row).cross(linear);
-    momentum += mass * linear;
+    momentum += mass * to_double(velocity_[row].linear);
     total += mass;
   }
-  if (change.isZero(0)) return;
   const Vec3 mean = momentum / total;
+  Vec3 change = Vec3::Zero();
   Mat3 spread = Mat3::Zero();
   for (std::uint32_t row = begin; row < end; ++row) {
+    const double mass = step_->bodies->mass[body_[row]].mass;
     const Vec3 v = to_double(velocity_[row].linear) - mean;
-    spread += step_->bodies->mass[body_[row]].mass *
-              (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
+    change += mass * parted(row).cross(v);
+    spread += mass * (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
   }
+  if (change.isZero(0)) return;
   spread += (1e-9 * spread.trace()) * Mat3::Identity();  // all along one line: none about that
   const Vec3 r = spread.inverse() * change;
   for (std::uint32_t row = begin; row < end; ++row) {

@@ -201,7 +201,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<BaseRow> base_;
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
-  std::vector<DeltaRow> flown_;  // [rows] see ContactPass; written where contacts may bounce
+  std::vector<DeltaRow> flown_;        // [rows] see ContactPass; written where contacts may bounce
   std::vector<core::V3f> flown_from_;  // [rows] m, their translation before bodies were parted
   std::vector<Outlook> outlook_;
   std::vector<float> impact_time_;  // [rows] s, when impacts among several of its island happen
