@@ -11,18 +11,21 @@
 #include "collision/narrowphase_kernels.h"
 #include "collision/narrowphase_mesh.h"
 #include "collision/narrowphase_pairs.h"
+#include "collision/touch_forecast.h"
 #include "core/assert.h"
 #include "core/rounding.h"
 
 namespace skerry::collision {
 
 using core::ContactPair;
+using core::Manifold;
 
 namespace {
 
 // What one worker needs; a cache line apart from the next worker's.
 struct alignas(64) WorkerScratch {
   BoxBatch batch;
+  BoxBatch single;  // of one pair at another time
   BoxRows box_rows;
   std::array<std::uint32_t, BoxBatch::kSize> rows;  // of the batch, in ContactTable::pairs
   std::array<PairFrame, BoxBatch::kSize> frames;    // of those that go one by one
@@ -123,10 +126,31 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
   }
 }
 
-void store(const StepContext& step, const ApartPairs& known, ContactPair& pair,
-           const PatchSet& patches, const V3f& linear, const V3f& angular, float apart) {
+// `collide`: as in TouchForecast::find.
+template <class Collide>
+void store(const StepContext& step, const ApartPairs& known, ContactPair& pair, PatchSet& patches,
+           const V3f& linear, const V3f& angular, float apart, const Collide& collide) {
+  TouchForecast forecast(step, pair, linear, angular);
+  const float time = forecast.expects(patches) ? forecast.find(collide, patches) : 0;
   store_patches(step, pair, patches, linear, angular);
-  if (pair.manifold_count == 0) known.note(pair, apart);
+  if (pair.manifold_count == 0)
+    known.note(pair, apart);
+  else if (time > 0)
+    step.contacts->manifolds[pair.first_manifold].touch_time = time;
+}
+
+// Types may descend.
+void collide_any(const StepContext& step, ContactPair& pair, PlacedPair& placed,
+                 WorkerScratch& scratch, PatchSet& patches) {
+  if (is_polytope(placed.a) && is_polytope(placed.b))
+    placed.query.memory = &step.contacts->polytope_memory[pair.first_manifold];
+  const bool swap = placed.a.collider->type > placed.b.collider->type;
+  if (swap) placed = swapped(placed);
+  collide_placed(placed, scratch, patches);
+  if (swap)
+    for (std::uint32_t i = 0; i < patches.count; ++i)
+      patches.patch[i].normal = -patches.patch[i].normal;
+  pair.cache = placed.query.cache;
 }
 
 void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair& pair,
@@ -140,19 +164,16 @@ void collide_pair(const StepContext& step, const ApartPairs& known, ContactPair&
   PairFrame frame;
   pair_frame(step, pair, approach, frame);
   PlacedPair placed = placed_pair(step, pair, frame);
-  const V3f linear = placed.query.linear, angular = placed.query.angular;
-  if (is_polytope(placed.a) && is_polytope(placed.b))
-    placed.query.memory = &step.contacts->polytope_memory[pair.first_manifold];
-  const bool swap = placed.a.collider->type > placed.b.collider->type;
-  if (swap) placed = swapped(placed);
   PatchSet patches;
-  collide_placed(placed, scratch, patches);
-  if (swap)
-    for (std::uint32_t i = 0; i < patches.count; ++i)
-      patches.patch[i].normal = -patches.patch[i].normal;
-  pair.cache = placed.query.cache;
-  drop_foreseen(step, pair, placed.query.touch, linear, angular, scratch.triangles, patches);
-  store(step, known, pair, patches, linear, angular, placed.query.apart);
+  collide_any(step, pair, placed, scratch, patches);
+  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, scratch.triangles, patches);
+  store(step, known, pair, patches, frame.linear, frame.angular, placed.query.apart,
+        [&](const PairAt& at, PatchSet& then) {
+          PairFrame there;
+          pair_frame(step, pair, at, approach.margin, there);
+          PlacedPair again = placed_pair(step, pair, at, there);
+          collide_any(step, pair, again, scratch, then);
+        });
 }
 
 // -- Box against box, sixteen pairs at a time.
@@ -189,9 +210,8 @@ void address(const StepContext& step, const ContactPair& pair, BoxRows& rows, in
 }
 
 // The kernel's origin is the centre of box a, not that of its body.
-void gather(const StepContext& step, const ContactPair& pair, PairFrame& frame, BoxBatch& batch,
-            int lane) {
-  pair_frame(step, pair, pair_approach(step, pair), frame);
+void gather(const StepContext& step, const ContactPair& pair, const PairFrame& frame,
+            BoxBatch& batch, int lane) {
   put(batch, BoxBatch::kDx, lane, frame.center_b - frame.center_a);
   put(batch, BoxBatch::kQax, lane, frame.rotation_a);
   put(batch, BoxBatch::kQbx, lane, frame.rotation_b);
@@ -204,11 +224,8 @@ void gather(const StepContext& step, const ContactPair& pair, PairFrame& frame, 
   put(batch.in[BoxBatch::kMargin], lane, frame.margin);
 }
 
-void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
-             const PairFrame& frame, const BoxBatch& batch, int lane,
-             std::vector<std::uint32_t>& triangles) {
+void read(const PairFrame& frame, const BoxBatch& batch, int lane, PatchSet& patches) {
   const auto out = [&](int row) { return batch.out[row][lane]; };
-  PatchSet patches;
   patches.count = 1;
   ContactPatch& patch = patches.patch[0];
   patch.normal = {out(BoxBatch::kNx), out(BoxBatch::kNy), out(BoxBatch::kNz)};
@@ -222,8 +239,25 @@ void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair
     patch.points[patch.count++] = {position + frame.center_a, out(row + BoxBatch::kSeparation),
                                    static_cast<std::uint32_t>(feature)};
   }
-  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, triangles, patches);
-  store(step, known, pair, patches, frame.linear, frame.angular, out(BoxBatch::kApart));
+}
+
+void scatter(const StepContext& step, const ApartPairs& known, ContactPair& pair,
+             const PairFrame& frame, const BoxBatch& batch, int lane, WorkerScratch& scratch) {
+  PatchSet patches;
+  read(frame, batch, lane, patches);
+  drop_foreseen(step, pair, frame.touch, frame.linear, frame.angular, scratch.triangles, patches);
+  store(step, known, pair, patches, frame.linear, frame.angular, batch.out[BoxBatch::kApart][lane],
+        [&](const PairAt& at, PatchSet& then) {
+          BoxBatch& single = scratch.single;
+          PairFrame there;
+          pair_frame(step, pair, at, batch.in[BoxBatch::kMargin][lane], there);
+          gather(step, pair, there, single, 0);
+          put(single.in[BoxBatch::kKind], 0, static_cast<float>(pair.cache));
+          for (auto& row : single.in) std::fill(row + 1, row + BoxBatch::kSize, row[0]);
+          collide_boxes(single, 1);
+          pair.cache = static_cast<std::uint32_t>(single.out[BoxBatch::kKindOut][0]);
+          read(there, single, 0, then);
+        });
 }
 
 // Inputs of all lanes, those of a short batch's last ones those of the first. Lanes whose pairs lie as
@@ -242,10 +276,12 @@ std::uint32_t gather_batch(const StepContext& step, WorkerScratch& scratch) {
   for (int lane = 0; lane < scratch.batched; ++lane) {
     const ContactPair& pair = pair_of(lane);
     const bool plain = together && !(pair.flags & core::kSensorPair) && in_place(step, pair);
-    if (plain && batch.in[BoxBatch::kMargin][lane] <= kSlowMargin)
+    if (plain && batch.in[BoxBatch::kMargin][lane] <= kSlowMargin) {
       slow |= 1u << lane;
-    else
+    } else {
+      pair_frame(step, pair, pair_approach(step, pair), scratch.frames[lane]);
       gather(step, pair, scratch.frames[lane], batch, lane);
+    }
   }
   return slow;
 }
@@ -272,8 +308,10 @@ void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scra
     ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
     pair.cache = static_cast<std::uint32_t>(batch.out[BoxBatch::kKindOut][lane]);
     if (pair.manifold_count != 1 || !(slow >> lane & 1)) continue;
+    Manifold& old = step.contacts->manifolds[pair.first_manifold];
+    if (old.restitution > 0 || old.touch_time > 0) continue;  // their touch may be foreseen
     lasting |= 1u << lane;
-    manifold[lane] = reinterpret_cast<float*>(&step.contacts->manifolds[pair.first_manifold]);
+    manifold[lane] = reinterpret_cast<float*>(&old);
   }
   const std::uint32_t stored = store_boxes(batch, lasting, manifold);
   for (int lane = 0; lane < scratch.batched; ++lane) {
@@ -281,7 +319,7 @@ void flush(const StepContext& step, const ApartPairs& known, WorkerScratch& scra
     ContactPair& pair = step.contacts->pairs[scratch.rows[lane]];
     PairFrame& frame = scratch.frames[lane];
     if (slow >> lane & 1) frame = frame_of(batch, lane);
-    scatter(step, known, pair, frame, batch, lane, scratch.triangles);
+    scatter(step, known, pair, frame, batch, lane, scratch);
   }
   scratch.batched = 0;
 }

@@ -7,6 +7,7 @@
 
 #include "collision/continuous.h"
 #include "collision/polytope_lanes.h"
+#include "collision/touch_forecast.h"
 #include "core/rounding.h"
 
 namespace skerry::collision {
@@ -122,23 +123,29 @@ bool in_place(const StepContext& step, const core::ContactPair& pair) {
   return centered(a) && centered(b) && !a.has_local_rotation && !b.has_local_rotation;
 }
 
-void pair_frame(const StepContext& step, const core::ContactPair& pair,
-                const PairApproach& approach, PairFrame& frame) {
-  const Collider& a = step.colliders->rows[pair.a];
-  const Collider& b = step.colliders->rows[pair.b];
-  const BodyPose& pose_a = step.bodies->pose[pair.body_a];
-  const BodyPose& pose_b = step.bodies->pose[pair.body_b];
+namespace {
 
-  frame.between = approach.between;
-  frame.rotation_a = to_float(pose_a.orientation);
-  frame.rotation_b = to_float(pose_b.orientation);
+// Where the shapes are, given `frame.between`.
+void place_shapes(const Collider& a, const Collider& b, const Quat& orientation_a,
+                  const Quat& orientation_b, PairFrame& frame) {
+  frame.rotation_a = to_float(orientation_a);
+  frame.rotation_b = to_float(orientation_b);
   frame.center_a = {0, 0, 0};
   frame.center_b = frame.between;
   if (!centered(a)) frame.center_a = to_matrix(frame.rotation_a) * a.local_position;
   if (!centered(b)) frame.center_b = frame.between + to_matrix(frame.rotation_b) * b.local_position;
   if (a.has_local_rotation) frame.rotation_a = product(frame.rotation_a, a.local_rotation);
   if (b.has_local_rotation) frame.rotation_b = product(frame.rotation_b, b.local_rotation);
+}
 
+}  // namespace
+
+void pair_frame(const StepContext& step, const core::ContactPair& pair,
+                const PairApproach& approach, PairFrame& frame) {
+  frame.between = approach.between;
+  place_shapes(step.colliders->rows[pair.a], step.colliders->rows[pair.b],
+               step.bodies->pose[pair.body_a].orientation,
+               step.bodies->pose[pair.body_b].orientation, frame);
   frame.linear = frame.angular = {0, 0, 0};
   frame.slop = frame.margin = frame.dt = 0;
   frame.touch = kNoTouch;
@@ -151,6 +158,20 @@ void pair_frame(const StepContext& step, const core::ContactPair& pair,
   frame.slop = kSpeculativeDistance;
   frame.margin = approach.margin;
   if (frame.margin > kSlowMargin) frame.touch = fast_touch(step, pair, frame.between);
+}
+
+void pair_frame(const StepContext& step, const core::ContactPair& pair, const PairAt& at,
+                float margin, PairFrame& frame) {
+  frame.between = difference(at.b.pose.center, at.a.pose.center);
+  place_shapes(step.colliders->rows[pair.a], step.colliders->rows[pair.b], at.a.pose.orientation,
+               at.b.pose.orientation, frame);
+  frame.dt = core::rounded_to_float(step.dt);
+  frame.linear =
+      difference(at.b.linear, at.a.linear) - cross(to_float(at.b.angular), frame.between);
+  frame.angular = difference(at.b.angular, at.a.angular);
+  frame.slop = kSpeculativeDistance;
+  frame.margin = margin;
+  frame.touch = kNoTouch;
 }
 
 void prefetch(const Manifold& manifold) {
@@ -211,8 +232,10 @@ float height_over_plane(const Collider& plane, const BodyPose& plane_pose, const
 
 }  // namespace
 
-PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
-                       const PairFrame& frame) {
+namespace {
+
+PlacedPair placed_with(const StepContext& step, const core::ContactPair& pair,
+                       const BodyPose& pose_a, const BodyPose& pose_b, const PairFrame& frame) {
   PlacedPair placed;
   placed.a.collider = &step.colliders->rows[pair.a];
   placed.b.collider = &step.colliders->rows[pair.b];
@@ -220,8 +243,6 @@ PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
   placed.b.center = frame.center_b;
   placed.a.axes = to_matrix(frame.rotation_a);
   placed.b.axes = to_matrix(frame.rotation_b);
-  const BodyPose& pose_a = step.bodies->pose[pair.body_a];
-  const BodyPose& pose_b = step.bodies->pose[pair.body_b];
   if (placed.a.collider->type == ShapeType::plane)
     placed.a.height = height_over_plane(*placed.a.collider, pose_a, *placed.b.collider, pose_b);
   if (placed.b.collider->type == ShapeType::plane)
@@ -234,6 +255,19 @@ PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
   placed.query.touch = frame.touch;
   placed.query.cache = pair.cache;
   return placed;
+}
+
+}  // namespace
+
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair,
+                       const PairFrame& frame) {
+  return placed_with(step, pair, step.bodies->pose[pair.body_a], step.bodies->pose[pair.body_b],
+                     frame);
+}
+
+PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair, const PairAt& at,
+                       const PairFrame& frame) {
+  return placed_with(step, pair, at.a.pose, at.b.pose, frame);
 }
 
 PlacedPair swapped(const PlacedPair& pair) {
@@ -321,6 +355,7 @@ void place(const ContactPatch& patch, const V3f& linear, const V3f& angular, Man
   manifold.normal = patch.normal;
   manifold.point_count = patch.count;
   manifold.total_impulse = 0;
+  manifold.touch_time = 0;
   const float speed = dot(patch.normal, linear);
   const V3f gradient = cross(patch.normal, angular);
   float approach = 0;
@@ -461,8 +496,10 @@ namespace {
 // A cylinder touches with its side if its axis is this near to a right angle with the normal (cosine).
 constexpr float kOnItsSide = 0.02f;
 
-// See Manifold::rounding_a.
-float rounding(const StepContext& step, core::ColliderIndex index, const V3f& normal) {
+}  // namespace
+
+float rounding(const StepContext& step, core::ColliderIndex index, const Quat& orientation,
+               const V3f& normal) {
   const Collider& collider = step.colliders->rows[index];
   const V3f& size = collider.size;
   switch (collider.type) {
@@ -472,7 +509,7 @@ float rounding(const StepContext& step, core::ColliderIndex index, const V3f& no
     case ShapeType::ellipsoid:
       return size.x == size.y && size.y == size.z ? size.x : 0;
     case ShapeType::cylinder: {
-      Q4f turn = to_float(step.bodies->pose[collider.body].orientation);
+      Q4f turn = to_float(orientation);
       if (collider.has_local_rotation) turn = product(turn, collider.local_rotation);
       return std::fabs(dot(normal, to_matrix(turn).c1)) < kOnItsSide ? size.x : 0;
     }
@@ -480,8 +517,6 @@ float rounding(const StepContext& step, core::ColliderIndex index, const V3f& no
       return 0;
   }
 }
-
-}  // namespace
 
 void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular) {
@@ -499,8 +534,11 @@ void store_patches(const StepContext& step, core::ContactPair& pair, const Patch
   else
     count = write(patches, linear, angular, pair, manifolds);
   for (std::uint32_t i = 0; i < count; ++i) {
-    manifolds[i].rounding_a = rounding(step, pair.a, manifolds[i].normal);
-    manifolds[i].rounding_b = rounding(step, pair.b, manifolds[i].normal);
+    const V3f& normal = manifolds[i].normal;
+    manifolds[i].rounding_a =
+        rounding(step, pair.a, step.bodies->pose[pair.body_a].orientation, normal);
+    manifolds[i].rounding_b =
+        rounding(step, pair.b, step.bodies->pose[pair.body_b].orientation, normal);
   }
   mark(pair, count > 0);
   if (pair.manifold_count == 0 && count > 0)
@@ -528,6 +566,7 @@ void store_point(const StepContext& step, core::ContactPair& pair, const V3f& no
   manifold.normal = normal;
   manifold.points[0] = {point.position, point.separation};
   manifold.total_impulse = 0;
+  manifold.touch_time = 0;
   manifold.approach_speed = std::max(0.0f, -dot(normal, linear));
 }
 
@@ -561,8 +600,29 @@ bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
   if (separation > 0 && way > kSpeculativeDistance &&
       separation > fast_touch(step, pair, between) && !foresees(step, pair, no_triangles))
     return clear_contact(pair), true;
-  store_point(step, pair, normal, {normal * (a.size.x + 0.5f * separation), separation, 0},
-              velocity);
+  PatchSet patches;
+  patches.count = 1;
+  const auto put = [&](const V3f& n, float gap, PatchSet& to) {
+    to.count = 1;
+    to.patch[0].normal = n;
+    to.patch[0].count = 1;
+    to.patch[0].points[0] = {n * (a.size.x + 0.5f * gap), gap, 0};
+  };
+  put(normal, separation, patches);
+  TouchForecast forecast(step, pair, velocity, {0, 0, 0});
+  if (forecast.expects(patches)) {
+    const float time = forecast.find(
+        [&](const PairAt& at, PatchSet& then) {
+          const V3f there = difference(at.b.pose.center, at.a.pose.center);
+          const V3f n = direction(there, {0, 1, 0});
+          put(n, dot(there, n) - radii, then);
+        },
+        patches);
+    store_patches(step, pair, patches, velocity, {0, 0, 0});
+    step.contacts->manifolds[pair.first_manifold].touch_time = time;
+    return true;
+  }
+  store_point(step, pair, normal, patches.patch[0].points[0], velocity);
   return true;
 }
 

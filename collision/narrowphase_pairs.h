@@ -87,6 +87,10 @@ void drop_foreseen(const StepContext& step, const core::ContactPair& pair, float
 void store_patches(const StepContext& step, core::ContactPair& pair, const PatchSet& patches,
                    const V3f& linear, const V3f& angular);
 
+// See Manifold::rounding_a; `orientation` of the collider's body.
+float rounding(const StepContext& step, core::ColliderIndex index, const Quat& orientation,
+               const V3f& normal);
+
 // Forgets the pair's contact.
 void clear_contact(core::ContactPair& pair);
 

@@ -38,12 +38,16 @@ void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capa
   free_list(table, capacity).push_back(first);
 }
 
+float combined_restitution(const Collider& a, const Collider& b) {
+  return std::max(a.restitution, b.restitution);
+}
+
 void set_materials(ContactTable& table, const ContactPair& pair, const Collider& a,
                    const Collider& b) {
   for (std::uint32_t i = 0; i < pair.manifold_capacity; ++i) {
     Manifold& manifold = table.manifolds[pair.first_manifold + i];
     manifold.friction = std::sqrt(a.friction * b.friction);
-    manifold.restitution = std::max(a.restitution, b.restitution);
+    manifold.restitution = combined_restitution(a, b);
     manifold.rolling_resistance = std::max(a.rolling_resistance, b.rolling_resistance);
   }
 }

@@ -40,6 +40,10 @@ struct alignas(32) Manifold {
   float standing_impulse = 0;
   bool placed = false;  // it began with the two bodies at rest with each other, not by a motion
   bool begins = false;  // so it does, and nothing has solved it yet
+  // s after the start of the step: when the two are foreseen to touch for a bounce. Normal and places
+  // are those of that time, separations those that lead there (collision/touch_forecast.h). 0: of the
+  // start of the step.
+  float touch_time = 0;
 };
 
 enum PairFlag : std::uint32_t {
@@ -118,6 +122,7 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity);
 void take_memory(ContactTable& table, std::uint32_t first_manifold);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
 
+float combined_restitution(const Collider& a, const Collider& b);
 // Combines the materials of a pair (see skerry::Material) into its manifolds.
 void set_materials(ContactTable& table, const ContactPair& pair, const Collider& a,
                    const Collider& b);

@@ -23,6 +23,7 @@ struct FastStart {
   BodyForce force;  // the user's
   FastFlight flight = FastFlight::free;
   double angle = 0;         // rad, about, over the step
+  double impact = 0;        // s after the start: from when on a pushed body has its final momentum
   std::vector<Quat> knots;  // orientations between start and end, evenly spaced in time
 };
 

@@ -46,6 +46,7 @@ struct ContactPass {
   VelocityRow* start = nullptr;   // velocities at the start of the step
   VelocityRow* forced = nullptr;  // of this substep, after external forces and before impulses
   DeltaRow* delta = nullptr;
+  DeltaRow* flown = nullptr;  // where bodies come that fly to their impacts and on
   const MassRow* mass = nullptr;
   const BaseRow* base = nullptr;
   const SpinRow* spin = nullptr;
@@ -59,7 +60,7 @@ struct ContactPass {
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
   bool books = true;    // the relax pass adds its impulses to the sums over the step
-  bool twists = false;  // it is the step's last: friction about the normals of single points
+  bool last = false;    // it is the step's last: single points rub about their normals then
 };
 
 // A core::Manifold as the kernels load and store it: rows of four floats.
@@ -87,8 +88,17 @@ struct alignas(64) LaneInput {
   const float* manifold[kMaxWidth];
   std::uint32_t row_a[kMaxWidth], row_b[kMaxWidth];
   float offset[3][kMaxWidth];  // m, centre of b from centre of a
-  // Inverse mass per axis; for the full kinds alone.
+  // For the full kinds alone. Inverse mass per axis; inverse inertia (as in ContactBlock) and angular
+  // velocity at the time of the manifold's geometry; that time, if the two are to bounce off each
+  // other then, alone (docs/decisions/0025), else negative, s.
   float inv_mass_a[3][kMaxWidth], inv_mass_b[3][kMaxWidth];
+  float inertia_a[6][kMaxWidth], inertia_b[6][kMaxWidth];
+  float angular_a[3][kMaxWidth], angular_b[3][kMaxWidth];
+  float touch[kMaxWidth];
+  // Of take_back alone: m, how much farther b is from a when impacts among several happen; above 0 if one
+  // of them does not fly freely until then.
+  float shift[3][kMaxWidth];
+  float held[kMaxWidth];
 };
 
 // And out of them: impulses for the next step and for events into the manifolds, and what the step
@@ -101,6 +111,8 @@ struct alignas(64) LaneOutput {
   };
   Row push[kMaxWidth];    // N s, world, on b; sum along the normal
   Row torque[kMaxWidth];  // N m s, world, on b about the centre of a; approach speed, m/s
+  // Above 0: the contact bounced at LaneInput::touch; it took part in an impact among several.
+  float bounced[kMaxWidth], struck[kMaxWidth];
 };
 
 template <int W>
@@ -164,6 +176,8 @@ struct FullLanes<W, P, true> {
   Lanes<W> acceleration;    // m/s^2, relative, external, along the normal
   Lanes<W> rolling_inverse[3], rolling_slide_mass;
   Lanes<W> rolling_impulse[2], rolling_coefficient, rolling_sum[2];
+  Lanes<W> touch, angular_a[3], angular_b[3];  // see LaneInput
+  Lanes<W> bounced;                            // 1: at that time
 };
 
 template <int W, int P, bool kFull>
@@ -200,6 +214,7 @@ struct ContactKernels {
     void (*take_back)(const ContactPass& pass, const LaneInput& input, void* block);
     void (*reflect)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*restitute)(const ContactPass& pass, void* blocks, std::uint32_t count);
+    void (*part)(const ContactPass& pass, void* blocks, std::uint32_t count);
     void (*store)(const void* block, LaneOutput& output);  // padding lanes need manifolds too
   };
   const char* name;

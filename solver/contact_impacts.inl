@@ -8,13 +8,22 @@ template <int P>
 SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
   constexpr int kRows = P > 1 ? 3 : 2;
   const F none = zero();
-  Velocity a = gather_velocity(pass.velocity, block.row_a);
-  Velocity b = gather_velocity(pass.velocity, block.row_b);
+  Marked body_a = gather_marked(pass, block.row_a), body_b = gather_marked(pass, block.row_b);
   const Frame<P, true> f = load_frame(block);
   F s[P], drag[kRows];
   separations(pass, block, f, s);
+  const M timed = L::both(is_timed(block), any_bounces(block));
+  start_anew(block, timed);
   const Bounce<P> bounce = bounce_of(block, s);
   if (!L::any(bounce.any)) return;
+  Velocity a, b;
+  velocities_at_touch(pass, block, a, b);
+  V roll =
+      add(mul(f.t1, load(block.full.rolling_sum[0])), mul(f.t2, load(block.full.rolling_sum[1])));
+  if constexpr (P == 1) roll = add(roll, mul(f.n, load(block.friction.twist)));
+  apply(block, f.ca, f.cb, {none, none, none}, roll, a, b);
+  a = select(timed, a, body_a.v);
+  b = select(timed, b, body_b.v);
   V linear, angular, push = {none, none, none}, torque = push;
   F vn[P], impulse[P];
   relative_velocity(f, a, b, linear, angular);
@@ -42,39 +51,63 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   torque = {none, none, none};
   if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
   apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
-  scatter_velocity(pass, block.row_a, select(bounce.any, next_a, a));
-  scatter_velocity(pass, block.row_b, select(bounce.any, next_b, b));
+  const F rest =
+      L::select(timed, L::set(pass.substep * pass.substeps) - load(block.full.touch), none);
+  next_a.linear = add(next_a.linear, mul(gather_acceleration(pass, block.row_a), rest));
+  next_b.linear = add(next_b.linear, mul(gather_acceleration(pass, block.row_b), rest));
+  body_a.v = select(bounce.any, next_a, body_a.v);
+  body_b.v = select(bounce.any, next_b, body_b.v);
+  scatter_marked(pass, block.row_a, body_a);
+  scatter_marked(pass, block.row_b, body_b);
+}
+
+template <int P>
+SKERRY_LANE M any_bounces(const ContactBlock<W, P, true>& block) {
+  F most = zero();
+  for (int i = 0; i < P; ++i)
+    most = L::max(most, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
+  return L::less(zero(), most);
+}
+
+// A bounce at its own time is solved from the velocities of then: what the substeps gave, to stop the
+// two, is forgotten, but for what resists rolling and spinning on the spot.
+template <int P>
+SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
+  const F none = zero();
+  for (auto& sum : block.friction.normal_sum) store(L::select(timed, none, load(sum)), sum);
+  for (auto& sum : block.friction.sum) store(L::select(timed, none, load(sum)), sum);
+  store(L::select(timed, L::set(1.0f), none), block.full.bounced);
 }
 
 // A point that moved off at first and was pressed by the turn that another gave the body would be stopped
-// at a gain of energy. The pushes p of the whole step are lessened together to what gives none, which is
+// at a gain of energy; so would be what friction has slowed, if it rebounds as it came. The pushes p of the whole step are lessened together to what gives none, which is
 // sum p (v + K p / 2) <= 0 with the velocities v without them and the couplings K.
 template <int P>
 SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn, F* change) {
-  if constexpr (P > 1) {
-    const F none = zero(), one = L::set(1.0f);
-    F given[P], total[P];
-    for (int i = 0; i < P; ++i) {
-      given[i] = load(block.friction.normal_sum[i]);
-      total[i] = given[i] + change[i];
-    }
-    F taken = none, back = none;
-    for (int i = 0; i < P; ++i) {
-      const F own = inverse_or_zero(load(block.points.mass[i]));
-      F by_given = own * given[i], by_total = own * total[i];
+  const F none = zero(), one = L::set(1.0f);
+  F given[P], total[P];
+  for (int i = 0; i < P; ++i) {
+    given[i] = load(block.friction.normal_sum[i]);
+    total[i] = given[i] + change[i];
+  }
+  F taken = none, back = none;
+  for (int i = 0; i < P; ++i) {
+    const F own = inverse_or_zero(load(block.points.mass[i]));
+    F by_given = own * given[i], by_total = own * total[i];
+    if constexpr (P > 1) {
       for (int j = 0; j < P; ++j) {
         if (j == i) continue;
         const F coupling = load(block.points.coupling[slot_of(i, j)]);
         by_given = by_given + coupling * given[j];
         by_total = by_total + coupling * total[j];
       }
-      taken = taken - total[i] * (vn[i] - by_given);
-      back = back + total[i] * by_total;
     }
-    const M gains = L::less(taken + taken, back);
-    const F part = L::max(taken + taken, none) / L::select(gains, back, one);
-    for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
+    taken = taken - total[i] * (vn[i] - by_given);
+    back = back + total[i] * by_total;
   }
+  const M gains = L::less(taken + taken, back);
+  const F part = L::max(taken + taken, none) / L::select(gains, back, one);
+  for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
 }
 
 // What a bounce asks of the points. The impulses so far are those of the whole step: where a
@@ -91,7 +124,8 @@ struct Bounce {
 template <int P>
 SKERRY_LANE Bounce<P> bounce_of(const ContactBlock<W, P, true>& block, const F* s) {
   const F none = zero(), one = L::set(1.0f);
-  const F twice = load(block.full.acceleration) + load(block.full.acceleration);
+  const F pull = L::select(is_timed(block), none, load(block.full.acceleration));
+  const F twice = pull + pull;
   Bounce<P> bounce;
   F bouncing = none;
   bounce.points = none;
@@ -157,11 +191,8 @@ SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, 
   const F none = zero(), one = L::set(1.0f);
   M strikes = L::less(none, L::max(a.struck, b.struck));
   if constexpr (kFull) {
-    F impact = none;
-    for (int i = 0; i < P; ++i)
-      impact = L::max(impact, L::min(load(block.full.bounce[i]), load(block.full.max_impulse[i])));
     const M several = L::less(one, L::max(a.pushes, b.pushes));
-    strikes = L::either(strikes, L::both(L::less(none, impact), several));
+    strikes = L::either(strikes, L::both(any_bounces(block), several));
   }
   strikes = L::both(strikes, pushed(block));
   a.struck = L::select(strikes, one, a.struck);
@@ -170,7 +201,8 @@ SKERRY_LANE void strike_block(const ContactPass& pass, const ContactBlock<W, P, 
   scatter_marked(pass, block.row_b, b);
 }
 
-// Takes back what a contact between struck bodies gave, but for the load that it carried before.
+// Takes back what a contact between struck bodies gave, but for the load that it carried before
+// where that holds one of them.
 // What it is from now on: `carried` is 1 + restitution, 0 for contacts between others.
 template <int P, bool kFull>
 static void take_back(const ContactPass& pass, const LaneInput& input, void* memory) {
@@ -179,6 +211,7 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
   const Frame<P, kFull> f = load_frame(block);
   const F none = zero(), one = L::set(1.0f), substeps = L::set(pass.substeps);
   const M struck = L::both(L::less(none, L::max(a.struck, b.struck)), pushed(block));
+  const M held = L::less(none, L::load(input.held));
   F old[4], material[4];
   gather_row(input, kImpulseRow, old);
   gather_row(input, kMaterialRow, material);
@@ -187,7 +220,7 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
   for (int i = 0; i < P; ++i) {
     const F given = load(block.friction.normal_sum[i]);
     all = all + given;
-    const F load_before = L::select(L::less(none, load(block.points.mass[i])),
+    const F load_before = L::select(L::both(held, L::less(none, load(block.points.mass[i]))),
                                     L::max(L::min(old[i] * substeps, given), none), none);
     const F d = L::select(struck, load_before - given, none);
     sum.push = sum.push + d;
@@ -226,12 +259,26 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
     lessen(full.rolling_impulse[1]);
   }
   apply(block, f.ca, f.cb, push, torque, a.v, b.v);
-  const M bears = L::both(struck, L::less(none, rests));
-  a.pushes = L::select(bears, none - one, a.pushes);
-  b.pushes = L::select(bears, none - one, b.pushes);
+  move_to_impact(pass, input, f, struck, block);
   store(L::select(struck, kFull ? one + material[1] : one, none), block.carried);
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);
+}
+
+// The arms of a struck contact refer to where its bodies are when the impacts happen.
+template <int P, bool kFull>
+SKERRY_LANE void move_to_impact(const ContactPass& pass, const LaneInput& input, Frame<P, kFull> f,
+                                const M& struck, ContactBlock<W, P, kFull>& block) {
+  const F none = zero(), half = L::select(struck, L::set(0.5f), none);
+  const V shift =
+      mul({L::load(input.shift[0]), L::load(input.shift[1]), L::load(input.shift[2])}, half);
+  f.ca = add(f.ca, shift);
+  f.cb = sub(f.cb, shift);
+  store3(f.ca, block.arm_a);
+  store3(f.cb, block.arm_b);
+  F head[4];
+  gather_row(input, kNormalRow, head);
+  couple(pass, input, f, L::integers(head[3]), block);
 }
 
 // An impact of two, as if they were alone: the points that approach at once, then friction at the centre.
@@ -278,4 +325,52 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   b.v = select(bounce.any, b.v, before_b);
   scatter_marked(pass, block.row_a, a);
   scatter_marked(pass, block.row_b, b);
+}
+
+// Two that would fly into each other, since impulses of few passes do not part all of them, are moved apart
+// straight and with their common centre of mass at rest: that gives no momentum, and little moment of it.
+template <int P, bool kFull>
+SKERRY_LANE void part_block(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  const F none = zero();
+  const F depth = flown_depth(pass, block);
+  if (!L::any(L::less(none, depth))) return;
+  V mass_a, mass_b;
+  inverse_masses(block, mass_a, mass_b);
+  const V n = load3(block.normal);
+  const F heavy = inverse_or_zero(dot(n, add(along(n, mass_a), along(n, mass_b))));
+  const F part = L::min(depth, L::set(pass.max_push * pass.substep)) * heavy;
+  shift_flown(pass, block.row_a, mul(along(n, mass_a), none - part));
+  shift_flown(pass, block.row_b, mul(along(n, mass_b), part));
+}
+SKERRY_LANE V along(const V& direction, const V& mass) {
+  return {direction.x * mass.x, direction.y * mass.y, direction.z * mass.z};
+}
+
+// m: by how much they overlap after the step, beyond what the substeps leave; 0: not at all.
+template <int P, bool kFull>
+SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFull>& block) {
+  const Frame<P, kFull> f = load_frame(block);
+  const F none = zero();
+  F flown[P], moved[P];
+  separations(gather_way(pass.flown, block.row_a), gather_way(pass.flown, block.row_b), block, f,
+              flown);
+  separations(pass, block, f, moved);
+  F deepest = none;
+  for (int i = 0; i < P; ++i) {
+    const F depth = L::min(moved[i], none) - flown[i];
+    const M there = L::less(none, load(block.points.mass[i]));
+    deepest = L::max(deepest, L::select(there, depth, none));
+  }
+  return deepest;
+}
+SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index, const V& by) {
+  alignas(32) float sink[8];
+  float* address[W];
+  float* base = floats(pass.flown);
+  for (int i = 0; i < W; ++i)
+    address[i] = index[i] - 1 < pass.dynamic_end - 1 ? base + std::size_t{index[i]} * 8 : sink;
+  F t[4];
+  L::gather(base, 8, index, t);
+  const F moved[4] = {t[0] + by.x, t[1] + by.y, t[2] + by.z, t[3]};
+  L::scatter(moved, address);
 }

@@ -155,17 +155,29 @@ struct KernelsOf {
     return add(e, e);
   }
 
+  // How far a body has come since the start of the step (DeltaRow).
+  struct Way {
+    F translation[4], rotation[4];
+  };
+  SKERRY_LANE Way gather_way(const DeltaRow* rows, const std::uint32_t* index) {
+    Way way;
+    L::gather(floats(rows), 8, index, way.translation);
+    L::gather(floats(rows) + 4, 8, index, way.rotation);
+    return way;
+  }
+
   // Separation of each point now.
   template <int P, bool kFull>
   SKERRY_LANE void separations(const ContactPass& pass, const ContactBlock<W, P, kFull>& block,
                                const Frame<P, kFull>& f, F* s) {
-    const float* base = floats(pass.delta);
-    F da[4], qa[4], db[4], qb[4];
-    L::gather(base, 8, block.row_a, da);
-    L::gather(base + 4, 8, block.row_a, qa);
-    L::gather(base, 8, block.row_b, db);
-    L::gather(base + 4, 8, block.row_b, qb);
-    const V ea = turned_back(qa, f.n), eb = turned_back(qb, f.n);
+    const DeltaRow* rows = pass.delta;
+    separations(gather_way(rows, block.row_a), gather_way(rows, block.row_b), block, f, s);
+  }
+  template <int P, bool kFull>
+  SKERRY_LANE void separations(const Way& a, const Way& b, const ContactBlock<W, P, kFull>& block,
+                               const Frame<P, kFull>& f, F* s) {
+    const F *da = a.translation, *db = b.translation;
+    const V ea = turned_back(a.rotation, f.n), eb = turned_back(b.rotation, f.n);
     const V d = {db[0] - da[0], db[1] - da[1], db[2] - da[2]};
     // A rounded surface turns about the centre of its rounding.
     const F rounds = load(block.rounding_a) * dot(ea, f.n) + load(block.rounding_b) * dot(eb, f.n);
@@ -230,6 +242,8 @@ struct KernelsOf {
   template <bool kFull>
   static constexpr float kTouching = kFull ? 1e-5f : 0.0f;
 
+  static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
+
   // What a pass asks of the points: velocities -bias, by `scale` of the effective mass, while `leak`
   // of the impulse goes. Only of what is beyond the carried load: nothing pushes a point that bears less.
   template <int P>
@@ -256,6 +270,14 @@ struct KernelsOf {
         w.leak[i] = scale * L::max(L::min(w.old[i] - carried, most), none);
       }
       w.bias[i] = L::select(apart, s[i] * inv_h, push);
+      if constexpr (kFull) {
+        // What would bounce, but not before the next step, is left to that.
+        if (!soft && pass.last) {
+          const M waits = L::both(L::both(apart, L::less(none, load(block.full.bounce[i]))),
+                                  L::less(w.old[i], L::set(1e-30f)));
+          w.bias[i] = L::select(waits, L::set(kNoMeeting), w.bias[i]);
+        }
+      }
     }
     return w;
   }
@@ -321,9 +343,8 @@ struct KernelsOf {
     return L::either(L::less(m[0], none), L::less(least, none));
   }
 
-  static constexpr int kPassRounds = 2;      // the next pass goes on from there
-  static constexpr int kBounceRounds = 32;   // there is no next; two ends of a rod: (2/3)^32
-  static constexpr float kNoMeeting = 1e6f;  // m/s: a bias that no approach reaches
+  static constexpr int kPassRounds = 2;     // the next pass goes on from there
+  static constexpr int kBounceRounds = 32;  // there is no next; two ends of a rod: (2/3)^32
   // Points of which some press: rounds in which each of these stops as if those beside it moved alike.
   // The sum of couplings bounds their matrix, so that a round never overshoots, and no point is first.
   // What gives way under an unusual load are the points' velocities together, by the same matrix as the
@@ -426,7 +447,7 @@ struct KernelsOf {
     apply(block, f.ca, f.cb, push, torque, a, b);
     if constexpr (kRelax && kFull) roll(pass, block, f, a, b, impulse);
     if constexpr (kRelax && P == 1) {
-      if (pass.twists) twist_on_spot(block, f, a, b);
+      if (pass.last) twist_on_spot(block, f, a, b);
     }
     scatter_velocity(pass, block.row_a, a);
     scatter_velocity(pass, block.row_b, b);
@@ -606,6 +627,11 @@ struct KernelsOf {
     for (std::uint32_t i = 0; i < count; ++i) reflect_block(pass, blocks[i]);
   }
 
+  template <int P, bool kFull>
+  static void part(const ContactPass& pass, void* memory, std::uint32_t count) {
+    auto* blocks = static_cast<ContactBlock<W, P, kFull>*>(memory);
+    for (std::uint32_t i = 0; i < count; ++i) part_block(pass, blocks[i]);
+  }
   // ---- Bodies: W consecutive rows.
   SKERRY_LANE void consecutive(std::uint32_t first, std::uint32_t* index) {
     for (int i = 0; i < W; ++i) index[i] = first + static_cast<std::uint32_t>(i);
@@ -716,6 +742,7 @@ struct KernelsOf {
             &take_back<P, kFull>,
             &reflect<P, kFull>,
             &restitute<P, kFull>,
+            &part<P, kFull>,
             &store_block<P, kFull>};
   }
   static ContactKernels make(const char* name) {

@@ -23,6 +23,10 @@ SKERRY_LANE Bodies2 load_masses(const ContactPass& pass, const LaneInput& input,
   L::gather(base, 8, block.row_b, b);
   L::gather(base + 4, 8, block.row_b, b + 4);
   for (int k = 0; k < 6; ++k) {
+    if constexpr (kFull) {
+      a[1 + k] = L::load(input.inertia_a[k]);
+      b[1 + k] = L::load(input.inertia_b[k]);
+    }
     store(a[1 + k], block.inertia_a[k]);
     store(b[1 + k], block.inertia_b[k]);
   }
@@ -96,6 +100,29 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
   store3(f.t1, block.tangent);
   store3(f.ca, block.arm_a);
   store3(f.cb, block.arm_b);
+  for (int i = 0; i < P; ++i) {
+    if constexpr (P > 1) {
+      const V arm = sub(r[i], f.ca);
+      const F u = L::select(there[i], dot(arm, f.t1), none);
+      const F v = L::select(there[i], dot(arm, f.t2), none);
+      store(u, block.points.u[i]);
+      store(v, block.points.v[i]);
+      store(L::sqrt(u * u + v * v), block.friction.lever[i]);
+    }
+  }
+  store(L::select(L::less(none, count), material[0], none), block.friction.coefficient);
+  couple(pass, input, f, count, block);
+  return prepare_impulses(pass, input, f, there, point, material, block);
+}
+
+// What velocity an impulse at each row of the contact gives to every other, with the arms of `f`;
+// `count`: of points.
+template <int P, bool kFull>
+SKERRY_LANE void couple(const ContactPass& pass, const LaneInput& input, const Frame<P, kFull>& f,
+                        const F& count, ContactBlock<W, P, kFull>& block) {
+  const F none = zero();
+  M there[P];
+  for (int i = 0; i < P; ++i) there[i] = L::less(L::set(static_cast<float>(i)), count);
   const Bodies2 m = load_masses(pass, input, block);
 
   // Angular parts of the rows (n, t1, t2) and their products with the inverse inertia.
@@ -123,7 +150,6 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
   store(a_1n, friction.from_normal[0][0]);
   store(a_2n, friction.from_normal[1][0]);
   const M pushes = L::less(none, count);
-  store(L::select(pushes, material[0], none), friction.coefficient);
 
   if constexpr (P == 1) {
     store(L::select(there[0], inverse_or_zero(g_nn), none), block.points.mass[0]);
@@ -137,12 +163,8 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
     const F g_11 = dot(f.t1, s1), g_12 = dot(f.t1, s2), g_22 = dot(f.t2, s2);
     F u[P], v[P];
     for (int i = 0; i < P; ++i) {
-      const V arm = sub(r[i], f.ca);
-      u[i] = L::select(there[i], dot(arm, f.t1), none);
-      v[i] = L::select(there[i], dot(arm, f.t2), none);
-      store(u[i], block.points.u[i]);
-      store(v[i], block.points.v[i]);
-      store(L::sqrt(u[i] * u[i] + v[i] * v[i]), friction.lever[i]);
+      u[i] = load(block.points.u[i]);
+      v[i] = load(block.points.v[i]);
     }
     store_together(g_nn, g_n1, g_n2, g_11, g_12, g_22, u, v, there[P - 1], pushes, block);
     int slot = 0;
@@ -178,7 +200,6 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
     invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
             block.full.rolling_slide_mass);
   }
-  return prepare_impulses(pass, input, f, there, point, material, block);
 }
 
 // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
@@ -223,6 +244,33 @@ SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
   L::gather(address, out);
 }
 
+// Whether the two are to bounce alone, at a time that is known.
+template <int P>
+SKERRY_LANE M is_timed(const ContactBlock<W, P, true>& block) {
+  return L::less(L::set(-0.5f), load(block.full.touch));
+}
+
+// Velocities before the contact acts: those at the start of the step, or at the time of a bounce.
+template <int P, bool kFull>
+SKERRY_LANE void velocities_at_touch(const ContactPass& pass,
+                                     const ContactBlock<W, P, kFull>& block, Velocity& a,
+                                     Velocity& b) {
+  a = gather_velocity(pass.start, block.row_a);
+  b = gather_velocity(pass.start, block.row_b);
+  if constexpr (kFull) {
+    const F time = L::max(load(block.full.touch), zero());
+    a.linear = add(a.linear, mul(gather_acceleration(pass, block.row_a), time));
+    b.linear = add(b.linear, mul(gather_acceleration(pass, block.row_b), time));
+    a.angular = load3(block.full.angular_a);
+    b.angular = load3(block.full.angular_b);
+  }
+}
+SKERRY_LANE V gather_acceleration(const ContactPass& pass, const std::uint32_t* index) {
+  F a[4];
+  L::gather(floats(pass.base), 8, index, a);
+  return {a[0], a[1], a[2]};
+}
+
 // Warm start, separations, and how fast the bodies come together.
 // Whether one of the points may bounce.
 template <int P, bool kFull>
@@ -245,8 +293,16 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     store(none, friction.twist);
   }
 
-  const Velocity a = gather_velocity(pass.start, block.row_a);
-  const Velocity b = gather_velocity(pass.start, block.row_b);
+  if constexpr (kFull) {
+    for (int k = 0; k < 3; ++k) {
+      store(L::load(input.angular_a[k]), block.full.angular_a[k]);
+      store(L::load(input.angular_b[k]), block.full.angular_b[k]);
+    }
+    store(L::load(input.touch), block.full.touch);
+    store(none, block.full.bounced);
+  }
+  Velocity a, b;
+  velocities_at_touch(pass, block, a, b);
   V linear, angular;
   relative_velocity(f, a, b, linear, angular);
   F vn[P];
@@ -257,7 +313,9 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   L::gather(base, 8, block.row_b, accel_b);
   const F acceleration =
       dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
-  const F gained = acceleration * L::set(pass.substep * pass.substeps);
+  F pull = acceleration;  // until they touch
+  if constexpr (kFull) pull = L::select(is_timed(block), none, acceleration);
+  const F gained = pull * L::set(pass.substep * pass.substeps);
   const F threshold = L::set(pass.restitution_threshold);
   F fastest = none, bounce = none;
   for (int i = 0; i < P; ++i) {
@@ -266,8 +324,8 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
     // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
     const M meets = L::both(there[i], L::less(vn[i] + L::min(gained, none), none));
-    const F square = L::select(
-        meets, L::max(vn[i] * vn[i] - (acceleration + acceleration) * L::max(s, none), none), none);
+    const F square =
+        L::select(meets, L::max(vn[i] * vn[i] - (pull + pull) * L::max(s, none), none), none);
     fastest = L::max(fastest, square);
     if constexpr (kFull) {
       const F e = material[1];
@@ -350,6 +408,10 @@ static void store_block(const void* memory, LaneOutput& output) {
   const F torques[4] = {torque.x, torque.y, torque.z, approach};
   L::scatter(pushes, push_row);
   L::scatter(torques, torque_row);
+  F bounced = none;
+  if constexpr (kFull) bounced = load(block.full.bounced);
+  L::store(bounced, output.bounced);
+  L::store(load(block.carried), output.struck);
   for (int k = 0; k < W; ++k) output.manifold[k][kMaterialRow + 3] = output.torque[k].s;
 }
 SKERRY_LANE void scatter_row(const LaneOutput& output, std::uint32_t row, const F (&in)[4]) {

@@ -39,7 +39,7 @@ bool FastWatch::is_fast() const {
          std::sqrt(way) + std::sqrt(turned) > safe;
 }
 
-void FastWatch::note_turn(core::FastStart& start) const {
+void FastWatch::note_turn(core::FastStart& start, double impact) const {
   core::Bodies& bodies = *step_.bodies;
   const core::BodyMass& mass = bodies.mass[body_];
   core::BodyMotion& motion = bodies.motion[body_];
@@ -49,20 +49,21 @@ void FastWatch::note_turn(core::FastStart& start) const {
   if (mass.turn_radius == 0) return;
   const std::uint32_t flags = bodies.flags[body_];
   const bool free = start.flight == core::FastFlight::free;
-  const Vec3& momentum = free ? motion_.angular_momentum : motion.angular_momentum;
-  const Vec3 torque =
-      free ? Vec3((motion.angular_momentum - momentum) / step_.dt) : Vec3(Vec3::Zero());
+  const Vec3& momentum = motion_.angular_momentum;
+  const Vec3 torque = (motion.angular_momentum - momentum) / step_.dt;
   const auto orientation_at = [&](double t) {
+    if (!free) return pushed_orientation(step_, body_, start, t * step_.dt);
     return orientation_after(t * step_.dt, mass, flags, pose_.orientation, momentum, torque);
   };
   const int count = std::min(kMostKnots, static_cast<int>(std::min(1e3, start.angle / kLargeTurn)));
   for (int k = 1; k <= count; ++k) start.knots.push_back(orientation_at(double(k) / (count + 1)));
-  if (free) return;
+  if (free || impact >= 0) return;
   bodies.pose[body_].orientation = orientation_at(1);
-  motion.angular = angular_velocity(mass, flags, bodies.pose[body_].orientation, momentum);
+  motion.angular =
+      angular_velocity(mass, flags, bodies.pose[body_].orientation, motion.angular_momentum);
 }
 
-void FastWatch::finish(core::FastFlight flight) {
+void FastWatch::finish(core::FastFlight flight, double impact) {
   if (!watched_) return;
   std::uint32_t& flags = step_.bodies->flags[body_];
   flags &= ~std::uint32_t{core::kFast};
@@ -75,7 +76,20 @@ void FastWatch::finish(core::FastFlight flight) {
   start.motion = motion_;
   start.force = flags & core::kForced ? step_.bodies->force[body_] : core::BodyForce{};
   start.flight = flight;
-  if (fast) note_turn(start);
+  start.impact = std::max(impact, 0.0);
+  if (fast) note_turn(start, impact);
+}
+
+Quat pushed_orientation(const core::StepContext& step, core::BodyIndex body,
+                        const core::FastStart& start, double time) {
+  const core::BodyMass& mass = step.bodies->mass[body];
+  const std::uint32_t flags = step.bodies->flags[body];
+  const double before = std::min(time, start.impact);
+  Quat q = start.pose.orientation;
+  if (before > 0)
+    q = orientation_after(before, mass, flags, q, start.motion.angular_momentum, Vec3::Zero());
+  return orientation_after(time - before, mass, flags, q,
+                           step.bodies->motion[body].angular_momentum, Vec3::Zero());
 }
 
 }  // namespace skerry::solver

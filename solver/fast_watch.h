@@ -16,11 +16,13 @@ class FastWatch {
   // Marks the body kFast or not, and if it is, notes its start and how it turned; of a slow one that
   // joints hold, its start. What contacts have sent spinning so fast that substeps could not follow
   // (kLargeTurn) turns on from its start with the angular momentum that they gave it.
-  void finish(core::FastFlight flight);
+  // `impact`: s after the start of the step, when all that contacts gave was given; negative: over the
+  // step.
+  void finish(core::FastFlight flight, double impact = -1);
 
  private:
   bool is_fast() const;
-  void note_turn(core::FastStart& start) const;
+  void note_turn(core::FastStart& start, double impact) const;
 
   const core::StepContext& step_;
   core::BodyIndex body_;
@@ -29,5 +31,9 @@ class FastWatch {
   core::BodyPose pose_;
   core::BodyMotion motion_;
 };
+
+// The orientation of a pushed body `time` s after the start of the step, if external torques are small.
+Quat pushed_orientation(const core::StepContext& step, core::BodyIndex body,
+                        const core::FastStart& start, double time);
 
 }  // namespace skerry::solver

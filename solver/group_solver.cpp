@@ -47,7 +47,7 @@ constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
-constexpr int kStrikePasses = 4, kReflectPasses = 8;
+constexpr int kStrikePasses = 4, kReflectPasses = 8, kPartPasses = 4;
 
 // Mass ratio of a body and what it rests on from which joints no longer answer contacts: these then
 // carry the load that joints would take from them (docs/decisions/0012).
@@ -78,6 +78,9 @@ Softness soft(double hertz, double damping_ratio, double h) {
           core::rounded_to_float(a3)};
 }
 
+constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
+
 // Contacts and bodies ahead of the present one whose rows are asked for.
 constexpr std::uint32_t kPrefetch = 8;
 
@@ -95,6 +98,20 @@ const Manifold& empty_manifold() {
     return m;
   }();
   return empty;
+}
+
+// m: of the point that is nearest to touching.
+float gap_of(const Manifold& manifold) {
+  float gap = manifold.points[0].separation;
+  for (std::uint32_t k = 1; k < manifold.point_count; ++k)
+    gap = std::min(gap, manifold.points[k].separation);
+  return gap;
+}
+
+Sym3f rounded(const Mat3& m) {
+  return {core::rounded_to_float(m(0, 0)), core::rounded_to_float(m(0, 1)),
+          core::rounded_to_float(m(0, 2)), core::rounded_to_float(m(1, 1)),
+          core::rounded_to_float(m(1, 2)), core::rounded_to_float(m(2, 2))};
 }
 
 bool is_finite(const Vec3& v) {
@@ -145,6 +162,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   set_efforts();
   set_standing_loads();
   set_constants();
+  set_impact_times();
   colouring_.run(row_a_.data(), row_b_.data(), contact_count_, pass_.dynamic_end);
   bucket_contacts();
   make_chunks();
@@ -261,6 +279,59 @@ void GroupSolver::seat_kinematics() {
     if (row_a_[i] == kNone) row_a_[i] = row_of(pair.body_a);
     if (row_b_[i] == kNone) row_b_[i] = row_of(pair.body_b);
   }
+}
+
+// Impacts among several bodies of an island all happen when the first of them does.
+void GroupSolver::set_impact_times() {
+  core::refill(held_, row_count_, std::uint8_t{0});
+  if (!has_bounces_.load(std::memory_order_relaxed) || !joints_.empty()) return;
+  find_held();
+  core::refill(impact_time_, row_count_, 0.0f);
+  std::uint32_t contact = 0, row = 1;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const Island& island = step_->islands->islands[group_.first + i];
+    const float time = first_impact(contact, contact + island.contact_count);
+    std::fill_n(impact_time_.begin() + row, island.body_count, time);
+    contact += island.contact_count;
+    row += island.body_count;
+  }
+}
+
+// Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
+// move them, and their contacts have no time of their own.
+void GroupSolver::find_held() {
+  for (std::uint32_t i = 0; i < contact_count_; ++i) {
+    const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
+    const std::uint32_t a = row_a_[i], b = row_b_[i];
+    const float* n = manifold.normal_impulse;
+    const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
+    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b)))
+      held_[a] = held_[b] = 1;
+  }
+}
+
+bool GroupSolver::is_forced(std::uint32_t row) const {
+  if (row - 1 >= body_count_) return false;
+  const BodyIndex body = body_[row];
+  return (step_->bodies->flags[body] & kForced) != 0 ||
+         (step_->bodies->mass[body].gravity_scale != 0 && !step_->settings->gravity.isZero(0));
+}
+
+// s: when the first of these contacts bounces.
+float GroupSolver::first_impact(std::uint32_t begin, std::uint32_t end) const {
+  float first = core::rounded_to_float(step_->dt);
+  bool any = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
+    const bool fast = manifold.approach_speed > pass_.restitution_threshold;
+    if (!(manifold.restitution > 0) || !(fast || manifold.touch_time > 0)) continue;
+    const float gap = std::max(gap_of(manifold), 0.0f);
+    const float time =
+        manifold.touch_time > 0 ? manifold.touch_time : gap / manifold.approach_speed;
+    first = std::min(first, time);
+    any = true;
+  }
+  return any ? first : 0;
 }
 
 void GroupSolver::set_efforts() {
@@ -403,6 +474,11 @@ void GroupSolver::set_constants() {
   pass_.start = start_.data();
   pass_.forced = forced_.data();
   pass_.delta = delta_.data();
+  if (has_bounces_.load(std::memory_order_relaxed)) {
+    grow(flown_, padded_rows_);
+    grow(flown_from_, row_count_);
+  }
+  pass_.flown = flown_.data();
   pass_.mass = mass_.data();
   pass_.base = base_.data();
   pass_.spin = spin_.data();
@@ -420,7 +496,7 @@ void GroupSolver::set_constants() {
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
   last_pass_ = pass_;
-  last_pass_.twists = true;
+  last_pass_.last = true;
 }
 
 // Counting sort by (effort, colour, kind, loose), stable, each kind padded to whole blocks.
@@ -476,7 +552,7 @@ void GroupSolver::add_phase(Op op) {
   std::uint32_t blocks = 1;
   if (op == Op::gather || op == Op::finish || op == Op::integrate_velocities ||
       op == Op::integrate_and_repeat || op == Op::integrate_positions ||
-      op == Op::close_velocities || op == Op::rebalance) {
+      op == Op::close_velocities || op == Op::rebalance || op == Op::fly) {
     blocks = (padded_rows_ + body_grain_ - 1) / body_grain_;
   } else if (op == Op::prepare_joints || op == Op::store_joints) {
     blocks = joints_.chunks();
@@ -538,6 +614,11 @@ void GroupSolver::list_phases() {
   }
   if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
   add_colours(Op::store);
+  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
+    add_phase(Op::fly);
+    for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
+    add_phase(Op::balance);
+  }
   add_phase(Op::store_joints);
   add_phase(Op::finish);
 }
@@ -567,6 +648,10 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return joints_.bodies.kick(begin, end, joints_.h(), JointBatch::kHalfKick, true);
     case Op::rebalance:
       return rebalance_rows(std::max(begin, 1u), std::min(end, pass_.dynamic_end));
+    case Op::fly:
+      return fly_rows(begin, std::min(end, row_count_));
+    case Op::balance:
+      return balance_parted();
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:
@@ -585,7 +670,7 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
 // Passes that change nothing where no contact may bounce.
 bool GroupSolver::is_bounce(Op op) {
   return op == Op::count_pushes || op == Op::strike || op == Op::take_back || op == Op::reflect ||
-         op == Op::restitute;
+         op == Op::restitute || op == Op::part;
 }
 
 void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
@@ -612,6 +697,8 @@ void GroupSolver::run_contacts(const Phase& phase, const Chunk& chunk) {
       return kernel.reflect(pass_, blocks, chunk.count);
     case Op::restitute:
       return kernel.restitute(pass_, blocks, chunk.count);
+    case Op::part:
+      return kernel.part(pass_, blocks, chunk.count);
     default:
       return store_chunk(chunk);
   }
@@ -727,9 +814,7 @@ void GroupSolver::gather_body(std::uint32_t row) {
     angular_acceleration = force.torque * mass.inv_inertia_b(0, 0);
   } else {
     const Mat3 inverse = inv_inertia_w(mass, pose.orientation, flags);
-    m.inv_inertia = {core::rounded_to_float(inverse(0, 0)), core::rounded_to_float(inverse(0, 1)),
-                     core::rounded_to_float(inverse(0, 2)), core::rounded_to_float(inverse(1, 1)),
-                     core::rounded_to_float(inverse(1, 2)), core::rounded_to_float(inverse(2, 2))};
+    m.inv_inertia = rounded(inverse);
     const Mat3 inertia = inertia_w(mass, pose.orientation);
     const double six[6] = {inertia(0, 0), inertia(0, 1), inertia(0, 2),
                            inertia(1, 1), inertia(1, 2), inertia(2, 2)};
@@ -769,8 +854,13 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
     for (std::uint32_t k = 0; k < kernels_->width; ++k) {
-      fill_lane(input, k, lanes_[lane++]);
-      if (full) fill_axis_masses(input, k);
+      const std::uint32_t contact = lanes_[lane++];
+      if (contact != kNone && touch_time(contact) > 0) {
+        const Vec3 moved = offset_after(contact, 0, double(touch_time(contact)));
+        for (int axis = 0; axis < 3; ++axis) contacts_[contact].offset[axis] = moved[axis];
+      }
+      fill_lane(input, k, contact);
+      if (full) fill_full(input, k, contact, false);
     }
     if (kernel.prepare(pass_, input, block)) bounces_.store(true, std::memory_order_relaxed);
   }
@@ -782,31 +872,74 @@ void GroupSolver::take_back_chunk(const Chunk& chunk) {
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    for (std::uint32_t k = 0; k < kernels_->width; ++k) fill_lane(input, k, lanes_[lane++]);
+    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
+      const std::uint32_t contact = lanes_[lane++];
+      fill_lane(input, k, contact);
+      fill_full(input, k, contact, true);
+    }
     kernel.take_back(pass_, input, block);
   }
 }
 
-// Before its impacts a struck body has fallen as far as it moved in this step, not for all of it:
-// forces changed its velocity for the time in which they do that work.
+// Struck bodies fly freely to the impacts of their island.
 void GroupSolver::rebalance_rows(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     VelocityRow& velocity = velocity_[row];
-    Outlook& outlook = outlook_[row];
-    if (!(velocity.struck > 0) || velocity.pushes < 0) continue;
-    if (outlook.from_rows || mass_[row].lock_flags != 0) continue;
-    const Vec3 start = to_double(start_[row].linear), a = to_double(base_[row].acceleration);
-    const double squared = a.squaredNorm(), along = a.dot(start);
-    if (!(squared > 0)) continue;
-    const double work = 2 * a.dot(to_double(delta_[row].translation));
-    // (start + a t)^2 = start^2 + work; the earlier time after 0 of the two.
-    const double root = std::sqrt(std::max(along * along + squared * work, 0.0));
-    const double early = (-along - root) / squared, late = (-along + root) / squared;
-    const double time = std::clamp(early >= 0 ? early : late, 0.0, step_->dt);
-    const Vec3 change = (time - step_->dt) * a;
-    velocity.linear = velocity.linear + to_float(change);
-    outlook.linear += change;
+    if (!(velocity.struck > 0) || !flies(row)) continue;
+    const BodyIndex body = body_[row];
+    const BodyMotion& motion = step_->bodies->motion[body];
+    const auto time = double(impact_time_[row]);
+    velocity.linear =
+        to_float(Vec3(motion.linear + (outlook_[row].linear - motion.linear) * (time / step_->dt)));
+    velocity.angular = spin_after(row, time).angular;
   }
+}
+
+// Whether a body that no contact touches flies as external forces alone make it.
+bool GroupSolver::flies(std::uint32_t row) const {
+  if (row - 1 >= body_count_) return true;
+  return joints_.empty() && held_[row] == 0 && !outlook_[row].from_rows &&
+         mass_[row].lock_flags == 0;
+}
+
+// m: how far a body flies in `time` s from the start of the step, if no contact touches it.
+Vec3 GroupSolver::way(std::uint32_t row, double time) const {
+  if (row == 0) return Vec3::Zero();
+  if (row - 1 >= body_count_) {
+    const IslandScratch& islands = step_->solver->islands;
+    return time * islands.kinematics[islands.slot[body_[row]] & ~kKinematicSlot].linear;
+  }
+  const Vec3& linear = step_->bodies->motion[body_[row]].linear;
+  return time * linear + (0.5 * time * time / step_->dt) * (outlook_[row].linear - linear);
+}
+
+// m: centre of b from centre of a at a time, by `offset`, which is of another.
+Vec3 GroupSolver::offset_after(std::uint32_t contact, double from, double time) const {
+  const double* offset = contacts_[contact].offset;
+  const std::uint32_t a = row_a_[contact], b = row_b_[contact];
+  return Vec3(offset[0], offset[1], offset[2]) +
+         ((way(b, time) - way(b, from)) - (way(a, time) - way(a, from)));
+}
+
+float GroupSolver::touch_time(std::uint32_t contact) const {
+  return step_->contacts->manifolds[contacts_[contact].manifold].touch_time;
+}
+
+// Whether a contact has no gap at the start of the step.
+bool GroupSolver::touches(std::uint32_t contact) const {
+  return gap_of(step_->contacts->manifolds[contacts_[contact].manifold]) <= kTouch;
+}
+
+// s: see set_impact_times.
+double GroupSolver::time_of_impacts(std::uint32_t contact) const {
+  const std::uint32_t a = row_a_[contact];
+  return double(impact_time_[a - 1 < body_count_ ? a : row_b_[contact]]);
+}
+
+// N m, external.
+Vec3 GroupSolver::torque_on(std::uint32_t row) const {
+  return (outlook_[row].angular_momentum - step_->bodies->motion[body_[row]].angular_momentum) /
+         step_->dt;
 }
 
 void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t index) const {
@@ -822,14 +955,61 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   }
 }
 
-void GroupSolver::fill_axis_masses(LaneInput& input, std::uint32_t lane) const {
-  const auto set = [&](float(&to)[3][kMaxWidth], std::uint32_t row) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      to[k][lane] = mass_[row].lock_flags & (kLockX << k) ? 0.0f : mass_[row].inv_mass;
-    }
-  };
-  set(input.inv_mass_a, input.row_a[lane]);
-  set(input.inv_mass_b, input.row_b[lane]);
+// `impact`: for an impact among several bodies, at the time of those; else as the manifold is.
+void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact,
+                            bool impact) const {
+  const bool padding = contact == kNone;
+  const std::uint32_t a = padding ? 0 : row_a_[contact], b = padding ? 0 : row_b_[contact];
+  const bool free = !padding && flies(a) && flies(b);
+  double time = padding ? 0 : double(touch_time(contact));
+  input.touch[lane] = free && (time > 0 || touches(contact)) ? core::rounded_to_float(time) : -1;
+  input.held[lane] = free ? 0.0f : 1.0f;
+  Vec3 shift = Vec3::Zero();
+  if (impact && free) {
+    const double then = time_of_impacts(contact);
+    shift = way(b, then) - way(a, then) - (way(b, time) - way(a, time));
+    time = then;
+  }
+  for (int k = 0; k < 3; ++k) input.shift[k][lane] = core::rounded_to_float(shift[k]);
+  fill_side(input, false, lane, a, free ? time : 0);
+  fill_side(input, true, lane, b, free ? time : 0);
+}
+
+void GroupSolver::fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
+                            double time) const {
+  auto& inv_mass = is_b ? input.inv_mass_b : input.inv_mass_a;
+  auto& inertia = is_b ? input.inertia_b : input.inertia_a;
+  auto& angular = is_b ? input.angular_b : input.angular_a;
+  const MassRow& mass = mass_[row];
+  Sym3f inverse = mass.inv_inertia;
+  V3f omega = start_[row].angular;
+  if (time > 0 && row - 1 < body_count_) {
+    const Spin spin = spin_after(row, time);
+    inverse = spin.inv_inertia;
+    omega = spin.angular;
+  }
+  for (std::uint32_t k = 0; k < 3; ++k)
+    inv_mass[k][lane] = mass.lock_flags & (kLockX << k) ? 0.0f : mass.inv_mass;
+  const float six[6] = {inverse.xx, inverse.xy, inverse.xz, inverse.yy, inverse.yz, inverse.zz};
+  for (int k = 0; k < 6; ++k) inertia[k][lane] = six[k];
+  const float three[3] = {omega.x, omega.y, omega.z};
+  for (int k = 0; k < 3; ++k) angular[k][lane] = three[k];
+}
+
+// How a body turns `time` s after the start of the step, if no contact touches it.
+GroupSolver::Spin GroupSolver::spin_after(std::uint32_t row, double time) const {
+  const BodyIndex body = body_[row];
+  const BodyMass& mass = step_->bodies->mass[body];
+  const std::uint32_t flags = step_->bodies->flags[body];
+  const Vec3& start = step_->bodies->motion[body].angular_momentum;
+  const Vec3 torque = torque_on(row), momentum = start + time * torque;
+  if (flags & kIsotropic)
+    return {mass_[row].inv_inertia, to_float(Vec3(momentum * mass.inv_inertia_b(0, 0)))};
+  const Mat3 inverse = inv_inertia_w(
+      mass,
+      orientation_after(time, mass, flags, step_->bodies->pose[body].orientation, start, torque),
+      flags);
+  return {rounded(inverse), to_float(Vec3(inverse * momentum))};
 }
 
 void GroupSolver::store_chunk(const Chunk& chunk) {
@@ -886,13 +1066,18 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
       ledger.impulse[k] += sign * impulse[k];
       ledger.angular_impulse[k] += sign * torque[k];
     }
+    ledger.several = ledger.several || (ledger.pushed && pushed);
     ledger.pushed = ledger.pushed || pushed;
+    if (output.bounced[lane] > 0) ledger.bounce_time = touch_time(index);
     if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
-  const double* offset = contacts_[index].offset;
+  Vec3 offset(contacts_[index].offset[0], contacts_[index].offset[1], contacts_[index].offset[2]);
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0 &&
+      flies(row_a_[index]) && flies(row_b_[index]))
+    offset = offset_after(index, double(touch_time(index)), time_of_impacts(index));
   add(row_a_[index], push, torque_a, -1);
-  add(row_b_[index], push, torque_a - Vec3(offset[0], offset[1], offset[2]).cross(push), 1);
+  add(row_b_[index], push, torque_a - offset.cross(push), 1);
 }
 
 // How well the contact keeps its law, by the rows as the last pass left them.
@@ -960,8 +1145,121 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
         effect.finish_balanced(push, spin, mass * (outlook.linear - before.linear),
                                outlook.angular_momentum - before.angular_momentum);
       }
-      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed);
+      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed, time_of_impact(row));
     }
+  }
+}
+
+// s: when all that contacts gave to the body in this step was given; negative: over the step.
+double GroupSolver::time_of_impact(std::uint32_t row) const {
+  const Ledger& ledger = ledger_[row];
+  if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
+  if (velocity_[row].struck > 0) return double(impact_time_[row]);
+  return ledger.several ? -1 : double(ledger.bounce_time);
+}
+
+void GroupSolver::fly_rows(std::uint32_t begin, std::uint32_t end) {
+  if (!bounces_.load(std::memory_order_relaxed)) return;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    flown_[row] = delta_[row];
+    flown_from_[row] = delta_[row].translation;
+    const double time = row - 1 < body_count_ ? time_of_impact(row) : -1;
+    if (time < 0) continue;
+    const BodyPose& pose = step_->bodies->pose[body_[row]];
+    const BodyPose next = pose_after_impact(row, time);
+    flown_[row].translation = flown_from_[row] = to_float(Vec3(next.center - pose.center));
+    flown_[row].rotation = to_float(Quat(next.orientation * pose.orientation.conjugate()));
+  }
+}
+
+// Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.
+BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
+                                       const Vec3& spin) const {
+  const BodyIndex index = body_[row];
+  const BodyPose& pose = step_->bodies->pose[index];
+  const BodyMotion& motion = step_->bodies->motion[index];
+  const double radius = step_->bodies->mass[index].radius;
+  const Ledger& ledger = ledger_[row];
+  const DeltaRow& delta = delta_[row];
+  BodyPose next;
+  next.center = pose.center + to_double(delta.translation);
+  Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
+            double(delta.rotation.z));
+  // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
+  // back where the change is the work of forces; an impact's place is exact as it is.
+  const Vec3 change = ledger.held.free_part(linear - motion.linear);
+  const Vec3 turn_change = ledger.held.free_turn(spin - motion.angular);
+  const double limit = static_cast<double>(outlook_[row].smooth_change), square = limit * limit;
+  if (!ledger.impact && change.squaredNorm() <= square &&
+      turn_change.squaredNorm() * (radius * radius) <= square) {
+    const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
+    next.center -= half * change;
+    const Vec3 back = -0.5 * half * turn_change;
+    turn = Quat(1, back.x(), back.y(), back.z()) * turn;
+  }
+  next.orientation = made_unit(turn * pose.orientation);
+  return next;
+}
+
+// Where a body comes that flies freely to its impact, and on from it.
+BodyPose GroupSolver::pose_after_impact(std::uint32_t row, double time) const {
+  const BodyIndex index = body_[row];
+  const BodyPose& pose = step_->bodies->pose[index];
+  const BodyMass& mass = step_->bodies->mass[index];
+  const std::uint32_t flags = step_->bodies->flags[index];
+  const Vec3& momentum = step_->bodies->motion[index].angular_momentum;
+  const Ledger& ledger = ledger_[row];
+  const double rest = step_->dt - time;
+  const Vec3 impulse(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]);
+  const Vec3 spin(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
+  const Vec3 torque = torque_on(row);
+  const Quat there = orientation_after(time, mass, flags, pose.orientation, momentum, torque);
+  return {pose.center + way(row, step_->dt) + (rest * mass.inv_mass) * impulse,
+          orientation_after(rest, mass, flags, there, momentum + time * torque + spin, torque)};
+}
+
+// m: how far the body has been moved away from others that it would have flown into.
+Vec3 GroupSolver::parted(std::uint32_t row) const {
+  return to_double(flown_[row].translation) - to_double(flown_from_[row]);
+}
+
+// Where nothing but contacts acts, bodies that were moved apart keep the moment of their momenta: all of the
+// island are moved by little, d = r x (v - mean v) with the r that takes the change back, which moves the
+// common centre of mass no more than parting did.
+void GroupSolver::balance_parted() {
+  if (!bounces_.load(std::memory_order_relaxed)) return;
+  std::uint32_t row = 1;
+  for (std::uint32_t i = 0; i < group_.count; ++i) {
+    const std::uint32_t end = row + step_->islands->islands[group_.first + i].body_count;
+    balance_parted(row, end);
+    row = end;
+  }
+}
+
+void GroupSolver::balance_parted(std::uint32_t begin, std::uint32_t end) {
+  Vec3 momentum = Vec3::Zero();
+  double total = 0;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    if (is_forced(row)) return;
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    momentum += mass * to_double(velocity_[row].linear);
+    total += mass;
+  }
+  const Vec3 mean = momentum / total;
+  Vec3 change = Vec3::Zero();
+  Mat3 spread = Mat3::Zero();
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const double mass = step_->bodies->mass[body_[row]].mass;
+    const Vec3 v = to_double(velocity_[row].linear) - mean;
+    change += mass * parted(row).cross(v);
+    spread += mass * (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
+  }
+  if (change.isZero(0)) return;
+  spread += (1e-9 * spread.trace()) * Mat3::Identity();  // all along one line: none about that
+  const Vec3 r = spread.inverse() * change;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const Vec3 by = r.cross(to_double(velocity_[row].linear) - mean);
+    flown_[row].translation = flown_[row].translation + to_float(by);
   }
 }
 
@@ -969,13 +1267,9 @@ void GroupSolver::finish_body(std::uint32_t row) {
   const BodyIndex index = body_[row];
   Bodies& bodies = *step_->bodies;
   const std::uint32_t flags = bodies.flags[index];
-  const BodyPose& pose = bodies.pose[index];
-  const BodyMotion& motion = bodies.motion[index];
   const BodyMass& mass = bodies.mass[index];
   const Ledger& ledger = ledger_[row];
   const Outlook& outlook = outlook_[row];
-  const DeltaRow& delta = delta_[row];
-
   const Vec3 spin = to_double(velocity_[row].angular);
   BodyMotion after;
   if (outlook.from_rows) {
@@ -990,23 +1284,10 @@ void GroupSolver::finish_body(std::uint32_t row) {
         Vec3(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
   }
 
-  BodyPose next;
-  next.center = pose.center + to_double(delta.translation);
-  Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
-            double(delta.rotation.z));
-  // Substeps moved the body by the velocity after each: half a substep's change too far. Taken
-  // back where the change is the work of forces; an impact's place is exact as it is.
-  const Vec3 change = ledger.held.free_part(after.linear - motion.linear);
-  const Vec3 turn_change = ledger.held.free_turn(spin - motion.angular);
-  const double limit = static_cast<double>(outlook.smooth_change), square = limit * limit;
-  if (!ledger.impact && change.squaredNorm() <= square &&
-      turn_change.squaredNorm() * (mass.radius * mass.radius) <= square) {
-    const double half = 0.5 * step_->dt / step_->settings->solver.substeps;
-    next.center -= half * change;
-    const Vec3 back = -0.5 * half * turn_change;
-    turn = Quat(1, back.x(), back.y(), back.z()) * turn;
-  }
-  next.orientation = made_unit(turn * pose.orientation);
+  const double impact = time_of_impact(row);
+  BodyPose next =
+      impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
+  if (bounces_.load(std::memory_order_relaxed) && joints_.empty()) next.center += parted(row);
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);

@@ -54,6 +54,9 @@ class GroupSolver final : public jobs::PhaseProgram {
     rebalance,
     reflect,
     restitute,
+    fly,
+    part,
+    balance,
     store,
     store_joints,
     close_velocities,
@@ -77,7 +80,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   // What contacts gave to a body over the step, in double.
   struct alignas(64) Ledger {
     double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
-    bool pushed = false, impact = false;
+    float bounce_time = -1;                           // s, of the bounce, if one has been booked
+    bool pushed = false, impact = false, several = false;
     HeldDirections held;
   };
   // What becomes of a body without contacts.
@@ -88,7 +92,7 @@ class GroupSolver final : public jobs::PhaseProgram {
     bool from_rows;         // damping: contacts alone do not account for the motion
   };
   struct Contact {
-    double offset[3];  // m, centre of b from centre of a
+    double offset[3];  // m, centre of b from centre of a at the time of the manifold's geometry
     std::uint32_t manifold;
     ContactKind kind;
     std::uint8_t effort;  // its island's: 2^effort passes instead of one
@@ -131,7 +135,33 @@ class GroupSolver final : public jobs::PhaseProgram {
   void gather_kinematic(std::uint32_t row);
   void prepare_chunk(const Chunk& chunk);
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
-  void fill_axis_masses(LaneInput& input, std::uint32_t lane) const;
+  void fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact, bool impact) const;
+  // What turns of a body at some time, world.
+  struct Spin {
+    core::Sym3f inv_inertia;  // kg^-1 m^-2
+    core::V3f angular;        // rad/s
+  };
+  Spin spin_after(std::uint32_t row, double time) const;
+  void fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
+                 double time) const;
+  void set_impact_times();
+  void find_held();
+  bool is_forced(std::uint32_t row) const;
+  float first_impact(std::uint32_t begin, std::uint32_t end) const;
+  float touch_time(std::uint32_t contact) const;
+  bool touches(std::uint32_t contact) const;
+  double time_of_impacts(std::uint32_t contact) const;
+  bool flies(std::uint32_t row) const;
+  Vec3 way(std::uint32_t row, double time) const;
+  Vec3 offset_after(std::uint32_t contact, double from, double time) const;
+  Vec3 torque_on(std::uint32_t row) const;
+  double time_of_impact(std::uint32_t row) const;
+  void fly_rows(std::uint32_t begin, std::uint32_t end);
+  core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
+  Vec3 parted(std::uint32_t row) const;
+  void balance_parted();
+  void balance_parted(std::uint32_t begin, std::uint32_t end);
+  core::BodyPose pose_after_impact(std::uint32_t row, double time) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
   void carry(core::Manifold& manifold, float load) const;
@@ -171,7 +201,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<BaseRow> base_;
   std::vector<SpinRow> spin_;
   std::vector<Ledger> ledger_;
+  std::vector<DeltaRow> flown_;        // [rows] see ContactPass; written where contacts may bounce
+  std::vector<core::V3f> flown_from_;  // [rows] m, their translation before bodies were parted
   std::vector<Outlook> outlook_;
+  std::vector<float> impact_time_;  // [rows] s, when impacts among several of its island happen
+  std::vector<std::uint8_t> held_;  // [rows] see find_held
   std::vector<core::BodyIndex> body_;
   std::vector<std::uint32_t> kinematic_row_;  // [kinematics of the step] or 0
   std::vector<std::uint32_t> used_kinematics_;
@@ -192,7 +226,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::vector<Phase> phases_;
 
   JointBatch joints_;
-  std::uint32_t substep_ = 0;  // that phases are being listed for
+  std::uint32_t substep_ = 0;  // that phases are being listed for; in the end, how many there are
 };
 
 }  // namespace skerry::solver

@@ -11,7 +11,7 @@ namespace skerry::solver {
 
 struct alignas(32) VelocityRow {
   core::V3f linear;   // m/s
-  float pushes;       // after the substeps: contacts that push it; negative: one bore a load before
+  float pushes;       // after the substeps: contacts that push it
   core::V3f angular;  // rad/s, world
   float struck;       // after the substeps: above 0 if an impact among several bodies reaches it
 };

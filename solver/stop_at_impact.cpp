@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/trig.h"
+#include "solver/fast_watch.h"
 #include "solver/free_flight.h"
 #include "solver/rotation.h"
 
@@ -47,10 +48,8 @@ void go_back(const StepContext& step, BodyIndex body, double part) {
   const Vec3 way = pose.center - start.pose.center;
   const Vec3 lost = (1 - part) * way;
   pose.center = start.pose.center + part * way;
-  pose.orientation = start.knots.empty()
-                         ? between(start.pose.orientation, pose.orientation, part)
-                         : orientation_after(part * step.dt, mass, flags, start.pose.orientation,
-                                             motion.angular_momentum, Vec3::Zero());
+  pose.orientation = start.knots.empty() ? between(start.pose.orientation, pose.orientation, part)
+                                         : pushed_orientation(step, body, start, part * step.dt);
   const double squared = motion.linear.squaredNorm();
   const Vec3 gravity = mass.gravity_scale * step.settings->gravity;
   if (squared > 0) {

@@ -122,7 +122,7 @@ class KernelGroup {
 
   // Lanes of a block share no row, as within a colour.
   void set_lanes(std::uint32_t block) {
-    solver::LaneInput& input = inputs_.emplace_back();
+    solver::LaneInput& input = inputs_.emplace_back(solver::LaneInput{});
     solver::LaneOutput& output = outputs_.emplace_back();
     for (std::uint32_t k = 0; k < width; ++k) {
       const std::uint32_t i = block * width + k;

@@ -231,9 +231,9 @@ class Run {
   }
 
   using Pass = void (*ContactKernels::OfKind::*)(const ContactPass&, void*, std::uint32_t);
-  void each(Pass kernel, bool books = true, bool twists = false) {
+  void each(Pass kernel, bool books = true, bool last = false) {
     pass_.books = books;
-    pass_.twists = twists;
+    pass_.last = last;
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       (kernels_.kind[kind].*kernel)(pass_, block_at(kind, 0), block_count());
     }
@@ -256,6 +256,7 @@ class Run {
           if (!contact_at(kind, block, lane)) continue;
           stored_.push_back(output.push[lane]);
           stored_.push_back(output.torque[lane]);
+          stored_.push_back({{output.bounced[lane], output.struck[lane], 0}, 0});
         }
       }
     }
@@ -314,6 +315,21 @@ class Run {
       input.inv_mass_a[k][lane] = inv_mass(contact->row_a, k);
       input.inv_mass_b[k][lane] = inv_mass(contact->row_b, k);
     }
+    fill_side(contact->row_a, lane, input.inertia_a, input.angular_a);
+    fill_side(contact->row_b, lane, input.inertia_b, input.angular_b);
+    // Untimed, from the start of the step, and later.
+    input.touch[lane] =
+        contact->row_a % 3 == 0 ? -1 : 0.002f * static_cast<float>(contact->row_a % 3 - 1);
+    for (std::uint32_t k = 0; k < 3; ++k) input.shift[k][lane] = 0.01f * offset[k];
+  }
+  void fill_side(std::uint32_t row, std::uint32_t lane, float (&inertia)[6][kMaxWidth],
+                 float (&angular)[3][kMaxWidth]) const {
+    const core::Sym3f& m = colour_.mass[row].inv_inertia;
+    const float six[6] = {m.xx, m.xy, m.xz, m.yy, m.yz, m.zz};
+    for (int k = 0; k < 6; ++k) inertia[k][lane] = six[k];
+    const core::V3f& w = colour_.start[row].angular;
+    const float three[3] = {w.x, w.y, w.z};
+    for (int k = 0; k < 3; ++k) angular[k][lane] = three[k];
   }
   float inv_mass(std::uint32_t row, std::uint32_t axis) const {
     const MassRow& mass = colour_.mass[row];
