@@ -17,6 +17,8 @@ namespace {
 constexpr float kNever = 3e38f;
 // m: a smaller gap is a touch. The solver counts it as none.
 constexpr float kTouch = 1e-5f;
+// Inner radii of the smaller body.
+constexpr float kFar = 4;
 // Rounding of places, as a part of the distance of the two centres.
 constexpr float kRounding = 1e-6f;
 
@@ -86,10 +88,19 @@ bool TouchForecast::expects(const PatchSet& patches) const {
     return false;
   const Collider& a = step_.colliders->rows[pair_.a];
   const Collider& b = step_.colliders->rows[pair_.b];
-  if (!(core::combined_restitution(a, b) > 0)) return false;
+  if (!(core::combined_restitution(a, b) > 0) || is_far()) return false;
   const Meeting first = meeting(patches.patch[0], linear_, angular_);
   return first.separation > kTouch &&
          first.time<dt_&& double(-first.speed)> step_.settings->solver.restitution_threshold;
+}
+
+// Whether they move on by so much in the step that what is between them now says little of where they touch.
+bool TouchForecast::is_far() const {
+  const auto radius = [this](BodyIndex body) {
+    return step_.bodies->is(body, core::kDynamic) ? step_.bodies->mass[body].inner_radius : kNever;
+  };
+  const float far = kFar * std::min(radius(pair_.body_a), radius(pair_.body_b));
+  return dot(linear_, linear_) * dt_ * dt_ > far * far;
 }
 
 TouchForecast::Meeting TouchForecast::meeting(const ContactPatch& patch, const V3f& linear,

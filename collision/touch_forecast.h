@@ -60,6 +60,7 @@ class TouchForecast {
 
  private:
   static constexpr int kRounds = 10;
+  bool is_far() const;
   // The point that touches first, and when.
   struct Meeting {
     float time, separation, speed;  // s from then; m; m/s of departure

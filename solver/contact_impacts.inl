@@ -39,7 +39,7 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   point_velocities(block, f, linear, angular, vn);
   solve_bounce(block, bounce, vn, impulse);
   for (int i = 0; i < P; ++i) impulse[i] = impulse[i] - bounce.wanted.old[i];
-  bound_energy(block, vn, impulse);
+  bound_energy(pass, block, timed, vn, impulse);
   for (int i = 0; i < P; ++i) {
     accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
     // What bounces off is no load for the next step to start from.
@@ -80,11 +80,17 @@ SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
 }
 
 // A point that moved off at first and was pressed by the turn that another gave the body would be stopped
-// at a gain of energy; so would be what friction has slowed, if it rebounds as it came. The pushes p of the whole step are lessened together to what gives none, which is
-// sum p (v + K p / 2) <= 0 with the velocities v without them and the couplings K.
+// at a gain of energy; so would be what friction has slowed, if it rebounds as it came. The pushes p of the
+// whole step are lessened together to what gives none, which is sum p (v + K p / 2) <= 0 with the velocities
+// v without them and the couplings K. Those of a bounce whose time is not known may have been changed
+// by forces since.
 template <int P>
-SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn, F* change) {
+SKERRY_LANE void bound_energy(const ContactPass& pass, const ContactBlock<W, P, true>& block,
+                              const M& timed, const F* vn, F* change) {
   const F none = zero(), one = L::set(1.0f);
+  const F pull = load(block.full.acceleration);
+  const F gained = L::max(pull, none - pull) * L::set(pass.substep * pass.substeps);
+  const F pulled = L::select(timed, none, gained);
   F given[P], total[P];
   for (int i = 0; i < P; ++i) {
     given[i] = load(block.friction.normal_sum[i]);
@@ -102,7 +108,7 @@ SKERRY_LANE void bound_energy(const ContactBlock<W, P, true>& block, const F* vn
         by_total = by_total + coupling * total[j];
       }
     }
-    taken = taken - total[i] * (vn[i] - by_given);
+    taken = taken - total[i] * ((vn[i] - by_given) - pulled);
     back = back + total[i] * by_total;
   }
   const M gains = L::less(taken + taken, back);

@@ -203,6 +203,8 @@ class Run {
     pass_.start = colour_.start.data();
     pass_.forced = colour_.forced.data();
     pass_.delta = colour_.delta.data();
+    flown_.resize(kRows);
+    pass_.flown = flown_.data();
     pass_.mass = colour_.mass.data();
     pass_.base = colour_.base.data();
     pass_.spin = colour_.spin.data();
@@ -242,6 +244,15 @@ class Run {
   using Integration = void (*ContactKernels::*)(const ContactPass&, std::uint32_t, std::uint32_t);
   void rows(Integration kernel) { (kernels_.*kernel)(pass_, 0, kRows); }
 
+  // Bodies come elsewhere than the substeps have brought them.
+  void fly() {
+    flown_ = colour_.delta;
+    for (std::uint32_t row = 0; row < kRows; ++row) {
+      core::V3f& way = flown_[row].translation;
+      way = way + colour_.velocity[row].linear * 0.01f;
+    }
+  }
+
   void store() {
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       for (std::uint32_t block = 0; block < block_count(); ++block) {
@@ -269,6 +280,7 @@ class Run {
     append(all, colour_.start);
     append(all, colour_.forced);
     append(all, colour_.delta);
+    append(all, flown_);
     for (std::uint32_t kind = 0; kind < kContactKinds; ++kind) {
       for (std::uint32_t i = 0; i < kContacts; ++i) append_lane(all, kind, i);
       for (const Contact& contact : colour_.contacts[kind]) {
@@ -321,6 +333,7 @@ class Run {
     input.touch[lane] =
         contact->row_a % 3 == 0 ? -1 : 0.002f * static_cast<float>(contact->row_a % 3 - 1);
     for (std::uint32_t k = 0; k < 3; ++k) input.shift[k][lane] = 0.01f * offset[k];
+    input.held[lane] = contact->row_b % 2 == 0 ? 1 : 0;
   }
   void fill_side(std::uint32_t row, std::uint32_t lane, float (&inertia)[6][kMaxWidth],
                  float (&angular)[3][kMaxWidth]) const {
@@ -362,6 +375,7 @@ class Run {
 
   const ContactKernels& kernels_;
   Colour colour_;
+  std::vector<DeltaRow> flown_;
   ContactPass pass_;
   std::vector<Line> memory_[kContactKinds];
   std::size_t slots_[kContactKinds];
@@ -411,6 +425,9 @@ std::vector<AfterKernel> history(const ContactKernels& kernels, const Colour& co
   note("reflect");
   run.store();
   note("store");
+  run.fly();
+  run.each(&OfKind::part);
+  note("part");
   return all;
 }
 
