@@ -29,6 +29,7 @@ class DisjointSets {
 
   // Of two bodies that are in sets.
   void unite(core::BodyIndex a, core::BodyIndex b) {
+    if (parent(a) == parent(b)) return;
     while (true) {
       a = root(a);
       b = root(b);

@@ -149,8 +149,9 @@ class IslandBuilder {
     bool complete = true;
     for (std::uint32_t i = 0; i < count; ++i) {
       const ContactPair& pair = table_.pairs[acting[i]];
-      BodyIndex body = kNone;
-      const Meeting meeting = meeting_of(pair.body_a, pair.body_b, body);
+      BodyIndex body = pair.body_a;
+      const bool both = is_solved(pair.body_a) && is_solved(pair.body_b);  // as a rule
+      const Meeting meeting = both ? Meeting::joined : meeting_of(pair.body_a, pair.body_b, body);
       if (meeting == Meeting::joined) {
         connect(pair.body_a, pair.body_b, body);
         for (std::uint32_t m = 0; m < pair.manifold_count; ++m)
