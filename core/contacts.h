@@ -110,7 +110,7 @@ struct ContactTable {
   std::vector<double> apart_until;
   std::vector<std::uint32_t> free_single;  // free rows of capacity 1
   std::vector<std::uint32_t> free_mesh;    // free runs of capacity kMeshManifolds
-  // Rows of pairs with an awake body, and of those to be looked at once; the narrowphase's items.
+  // Rows, ascending, of pairs with an awake body or to be looked at once; the narrowphase's items.
   std::vector<std::uint32_t> active;
   // Pairs that vanished while touching or begun, for "end" events; ascending key.
   std::vector<ContactPair> ended;

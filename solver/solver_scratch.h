@@ -7,6 +7,7 @@
 
 #include "core/step_context.h"
 #include "solver/contact_blocks.h"
+#include "solver/disjoint_sets.h"
 #include "solver/group_solver.h"
 #include "solver/penalty_solver.h"
 #include "solver/pgs_solver.h"
@@ -27,21 +28,26 @@ struct KinematicStart {
 // `kinematics`, or kNone (fixed, resting kinematic, free).
 inline constexpr std::uint32_t kKinematicSlot = 0x80000000u;
 
+// A contact that is solved, and a solved body in it.
+struct FoundContact {
+  core::ContactRef ref;
+  core::BodyIndex body;
+};
+
 // Buffers of build_islands; `slot` and `kinematics` are read by all groups in the same step.
 struct IslandScratch {
   std::vector<std::uint32_t> slot;       // [body rows]
   std::vector<core::BodyIndex> slotted;  // whose slots are set
   std::vector<KinematicStart> kinematics;
 
-  std::vector<core::BodyIndex> parent;        // [body rows] union-find
-  std::vector<std::uint8_t> joined;           // [body rows] has a contact or joint
-  std::vector<std::uint32_t> island;          // [body rows] of awake dynamic bodies
-  std::vector<core::ContactRef> contacts;     // in pair order
-  std::vector<core::BodyIndex> contact_body;  // [contacts] a dynamic body of each
+  DisjointSets sets;                             // of bodies with a contact or joint
+  std::vector<std::uint32_t> island;             // [body rows] of those bodies
+  std::vector<std::vector<FoundContact>> found;  // [block of pairs] in pair order
+  std::vector<std::uint32_t> part_counts;        // [(part of the blocks, island)] contacts
+  std::vector<std::uint32_t> next_body;          // [islands] into Islands::bodies
   std::vector<std::uint32_t> joints;
   std::vector<core::BodyIndex> joint_body;
   std::vector<std::uint32_t> rows;      // all pairs, when a wake made `active` stale
-  std::vector<std::uint32_t> touching;  // room for rows of pairs that touch
   struct Cost {
     core::IslandGroup group;
     std::uint64_t cost;

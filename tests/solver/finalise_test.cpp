@@ -33,7 +33,7 @@ struct SleepWorld : HandMadeWorld {
     ++islands.islands.back().contact_count;
   }
   void steps(int count) {
-    NoTask task;
+    LoneTask task;
     for (int i = 0; i < count; ++i) {
       const auto island_count = static_cast<std::uint32_t>(islands.islands.size());
       const auto free_count = static_cast<std::uint32_t>(islands.free_bodies.size());

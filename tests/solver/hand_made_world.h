@@ -9,11 +9,15 @@
 
 namespace skerry::solver {
 
-// Kernels get a task; those tested here do not use it.
-class NoTask : public jobs::Task {
+// What kernels get where no other worker helps.
+class LoneTask : public jobs::Task {
  public:
   std::uint32_t worker() const override { return 0; }
-  void run_phases(jobs::PhaseProgram&) override {}
+  void run_phases(jobs::PhaseProgram& program) override {
+    for (std::uint32_t phase = 0; phase < program.phase_count(); ++phase)
+      for (std::uint32_t block = 0; block < program.block_count(phase); ++block)
+        program.run_block(phase, block, 0);
+  }
 };
 
 struct HandMadeWorld {

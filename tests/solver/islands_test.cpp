@@ -4,12 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <queue>
 #include <random>
 #include <set>
 
+#include <skerry/jobs/executor.h>
+
 #include "solver/solve_islands.h"
 #include "tests/solver/hand_made_world.h"
+#include "tests/support/rounds.h"
+#include "tests/support/shuffling_executor.h"
 
 namespace skerry::solver {
 namespace {
@@ -18,7 +23,8 @@ using core::BodyIndex;
 
 class GraphWorld : public HandMadeWorld {
  public:
-  GraphWorld() : scratch_(make_solver_scratch(1)) {}
+  explicit GraphWorld(std::uint32_t workers = 1)
+      : workers_(workers), scratch_(make_solver_scratch(workers)) {}
 
   void touch(BodyIndex a, BodyIndex b) {
     core::ContactPair pair;
@@ -42,16 +48,36 @@ class GraphWorld : public HandMadeWorld {
     edges_.emplace_back(a, b);
   }
 
+  void build(jobs::Task& task) {
+    core::StepContext step = context();
+    step.worker_count = workers_;
+    step.solver = scratch_.get();
+    build_islands(step, {0, 1}, task);
+  }
+
   // As sets of bodies, by their lowest one.
   std::vector<std::vector<BodyIndex>> built() {
-    core::StepContext step = context();
-    step.solver = scratch_.get();
-    NoTask task;
-    build_islands(step, {0, 1}, task);
+    LoneTask task;
+    build(task);
     std::vector<std::vector<BodyIndex>> all;
     for (const core::Island& island : islands.islands)
       all.emplace_back(islands.bodies.begin() + island.first_body,
                        islands.bodies.begin() + island.first_body + island.body_count);
+    return all;
+  }
+
+  // All that the solver is told.
+  std::vector<std::vector<std::uint32_t>> listed() const {
+    std::vector<std::vector<std::uint32_t>> all = {
+        islands.bodies, islands.joints, islands.free_bodies, {}, {}, {}};
+    for (const core::ContactRef& contact : islands.contacts)
+      all[3].insert(all[3].end(), {contact.manifold, contact.pair});
+    for (const core::Island& i : islands.islands)
+      all[4].insert(all[4].end(), {i.first_body, i.body_count, i.first_contact, i.contact_count,
+                                   i.first_joint, i.joint_count});
+    for (const core::IslandGroup& group : islands.groups)
+      all[5].insert(all[5].end(),
+                    {static_cast<std::uint32_t>(group.kind), group.first, group.count});
     return all;
   }
 
@@ -89,6 +115,7 @@ class GraphWorld : public HandMadeWorld {
   }
 
  private:
+  std::uint32_t workers_;
   SolverScratchPtr scratch_;
   std::vector<std::pair<BodyIndex, BodyIndex>> edges_;
 };
@@ -138,6 +165,68 @@ TEST(Islands, of_a_chain_of_4096_is_one) {
     ASSERT_EQ(islands.size(), 1u);
     EXPECT_EQ(islands[0].size(), 4096u);
   }
+}
+
+// 4000 bodies, some of them fixed, kinematic or asleep, in heaps and alone, and 9000 pairs, most of them
+// of two bodies with near numbers.
+void fill(GraphWorld& world, std::mt19937& random) {
+  const auto below = [&](BodyIndex n) { return static_cast<BodyIndex>(random() % n); };
+  constexpr BodyIndex kBodies = 4000;
+  for (BodyIndex i = 0; i < kBodies; ++i) {
+    const auto kind = random() % 30;
+    if (kind == 0)
+      world.add_fixed();
+    else if (kind == 1)
+      world.add_kinematic(Vec3::Zero(), Vec3::UnitX(), Vec3::Zero());
+    else
+      world.add({.flags = core::kDynamic | (kind == 2 ? 0u : core::kAwake)});
+  }
+  const BodyIndex reach = 2 + below(60);
+  for (int i = 0; i < 9000; ++i) {
+    const BodyIndex a = below(kBodies);
+    const BodyIndex away = random() % 500 == 0 ? below(kBodies) : 1 + below(reach);
+    if (a % 64 > 40 || a + away >= kBodies) continue;
+    world.touch(a, a + away);
+    if (random() % 4 == 0) world.contacts.pairs.back().flags = 0;
+  }
+  for (int i = 0; i < 50; ++i) {
+    const BodyIndex a = below(kBodies - 1);
+    world.join(a, a + 1);
+  }
+}
+
+// One worker, two and three threads, and seven in whatever order.
+TEST(Islands, are_the_same_from_any_workers_std_thread) {
+  std::vector<std::unique_ptr<jobs::Executor>> executors;
+  executors.push_back(jobs::make_executor(jobs::ExecutorKind::serial));
+  for (const int workers : {2, 3})
+    executors.push_back(jobs::make_executor(jobs::ExecutorKind::threads, {.workers = workers}));
+  executors.push_back(std::make_unique<test::ShufflingExecutor>(test::Shuffle{.workers = 7}));
+  jobs::TaskGraph graph;
+  graph.stage({"build_islands", jobs::kOnce,
+               [](void* world, core::IndexRange, jobs::Task& task) {
+                 static_cast<GraphWorld*>(world)->build(task);
+               },
+               nullptr, 1, 0, 1});
+  const int graphs = test::rounds(30);
+  std::size_t largest = 0;
+  for (int seed = 0; seed < graphs; ++seed) {
+    std::vector<std::vector<std::uint32_t>> serial;
+    for (const std::unique_ptr<jobs::Executor>& executor : executors) {
+      GraphWorld world(executor->worker_count());
+      std::mt19937 random(static_cast<unsigned>(seed));
+      fill(world, random);
+      for (int step = 0; step < 2; ++step) {  // on fresh memory, and on that of a step before
+        executor->run(graph, &world);
+        if (serial.empty()) serial = world.listed();
+        ASSERT_EQ(world.listed(), serial) << "graph " << seed;
+      }
+      for (const core::Island& island : world.islands.islands)
+        largest = std::max<std::size_t>(largest, island.body_count);
+    }
+    ASSERT_GT(serial[0].size(), 1000u);
+  }
+  EXPECT_GT(largest, 1000u);
 }
 
 }  // namespace
