@@ -58,7 +58,10 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
-  bool books = true;    // the relax pass adds its impulses to the sums over the step
+  float inv_standing_share = 0;  // load of statics by Manifold::standing_impulse
+  float deflection =
+      0;              // s: depth of a soft contact that bears 1 m/s per effective mass in a substep
+  bool books = true;  // the relax pass adds its impulses to the sums over the step
   bool twists = false;  // it is the step's last: friction about the normals of single points
 };
 

@@ -178,7 +178,7 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
     invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
             block.full.rolling_slide_mass);
   }
-  return prepare_impulses(pass, input, f, there, point, material, block);
+  return prepare_impulses(pass, input, f, there, point, material, count, count * g_nn, block);
 }
 
 // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
@@ -223,12 +223,26 @@ SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
   L::gather(address, out);
 }
 
+// m: how deep the soft contact is pressed in by what it bears for good beyond what it carries. There it
+// ought to be: pressed, and the surfaces where they meet. Not when the load has gone: half of what it
+// carries is none.
+SKERRY_LANE F standing_depth(const ContactPass& pass, const F& carried, const F& standing,
+                             const F& count, const F& give, const F* impulse) {
+  const F none = zero(), one = L::set(1.0f);
+  const F sum = (impulse[0] + impulse[1]) + (impulse[2] + impulse[3]);
+  const F part = (sum + sum) * inverse_or_zero(count * carried);
+  const F left = L::min(L::max(part - one, none), one);
+  const F beyond = L::max(standing * L::set(pass.inv_standing_share) - carried, none);
+  return left * (L::min(give * beyond, L::set(pass.soft_load)) * L::set(pass.deflection));
+}
+
 // Warm start, separations, and how fast the bodies come together.
 // Whether one of the points may bounce.
 template <int P, bool kFull>
 SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& input,
                                   const Frame<P, kFull>& f, const M* there, const F (*point)[4],
-                                  const F* material, ContactBlock<W, P, kFull>& block) {
+                                  const F* material, const F& count, const F& give,
+                                  ContactBlock<W, P, kFull>& block) {
   const F none = zero();
   F impulse[4], tail[4];
   gather_row(input, kImpulseRow, impulse);
@@ -259,10 +273,13 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
       dot(f.n, V{accel_b[0] - accel_a[0], accel_b[1] - accel_a[1], accel_b[2] - accel_a[2]});
   const F gained = acceleration * L::set(pass.substep * pass.substeps);
   const F threshold = L::set(pass.restitution_threshold);
+  F carry[4];
+  gather_row(input, kRoundingRow, carry);
+  const F depth = standing_depth(pass, carry[0], carry[3], count, give, impulse);
   F fastest = none, bounce = none;
   for (int i = 0; i < P; ++i) {
     const F s = L::select(there[i], point[i][3], L::set(1e6f));
-    store(s, block.points.separation[i]);
+    store(s - depth, block.points.separation[i]);
     store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
     // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
     const M meets = L::both(there[i], L::less(vn[i] + L::min(gained, none), none));
@@ -286,10 +303,9 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     const M impact = L::less(threshold * threshold, fastest);
     store(L::select(impact, none, load(friction.coefficient) * lever), friction.twist_reach);
   }
-  gather_row(input, kRoundingRow, tail);
-  store(tail[0], block.carried);
-  store(tail[1], block.rounding_a);
-  store(tail[2], block.rounding_b);
+  store(carry[0], block.carried);
+  store(carry[1], block.rounding_a);
+  store(carry[2], block.rounding_b);
   if constexpr (kFull) {
     gather_row(input, kRollingRow, tail);
     const V rolling = {tail[0], tail[1], tail[2]};

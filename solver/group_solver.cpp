@@ -415,6 +415,9 @@ void GroupSolver::set_constants() {
   const double hertz = std::min(settings.contact_hertz, kStiffest / h);
   pass_.soft_load = core::rounded_to_float(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
+  pass_.inv_standing_share = 1 / kStandingShare;
+  const double omega = 2 * std::numbers::pi * hertz;
+  pass_.deflection = core::rounded_to_float(std::min(1 / (h * omega * omega), 1e30));
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
   stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
   unbooked_pass_ = pass_;

@@ -424,7 +424,7 @@ TEST(Analytic, halving_the_step_halves_the_error_of_a_ball_that_begins_to_roll) 
     errors[k] = std::abs(world.pose(ball).position.x() - start - truth);
     EXPECT_LT(errors[k], 1e-3);
   }
-  expect_order(errors, 0.9, 5e-6);
+  expect_order(errors, 0.9, 1e-6);
 }
 
 TEST(Analytic, halving_the_step_quarters_the_error_of_flight_through_drag) {
