@@ -58,7 +58,6 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
-  float inv_standing_share = 0;  // load of statics by Manifold::standing_impulse
   float deflection =
       0;              // s: depth of a soft contact that bears 1 m/s per effective mass in a substep
   bool books = true;  // the relax pass adds its impulses to the sums over the step

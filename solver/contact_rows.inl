@@ -178,7 +178,7 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
     invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
             block.full.rolling_slide_mass);
   }
-  return prepare_impulses(pass, input, f, there, point, material, count, count * g_nn, block);
+  return prepare_impulses(pass, input, f, there, point, material, count * g_nn, block);
 }
 
 // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
@@ -224,16 +224,11 @@ SKERRY_LANE void gather_row(const LaneInput& input, std::uint32_t row, F* out) {
 }
 
 // m: how deep the soft contact is pressed in by what it bears for good beyond what it carries. There it
-// ought to be: pressed, and the surfaces where they meet. Not when the load has gone: half of what it
-// carries is none.
+// ought to be: pressed, and the surfaces where they meet.
 SKERRY_LANE F standing_depth(const ContactPass& pass, const F& carried, const F& standing,
-                             const F& count, const F& give, const F* impulse) {
-  const F none = zero(), one = L::set(1.0f);
-  const F sum = (impulse[0] + impulse[1]) + (impulse[2] + impulse[3]);
-  const F part = (sum + sum) * inverse_or_zero(count * carried);
-  const F left = L::min(L::max(part - one, none), one);
-  const F beyond = L::max(standing * L::set(pass.inv_standing_share) - carried, none);
-  return left * (L::min(give * beyond, L::set(pass.soft_load)) * L::set(pass.deflection));
+                             const F& give) {
+  const F beyond = L::max(standing - carried, zero());
+  return L::min(give * beyond, L::set(pass.soft_load)) * L::set(pass.deflection);
 }
 
 // Warm start, separations, and how fast the bodies come together.
@@ -241,7 +236,7 @@ SKERRY_LANE F standing_depth(const ContactPass& pass, const F& carried, const F&
 template <int P, bool kFull>
 SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& input,
                                   const Frame<P, kFull>& f, const M* there, const F (*point)[4],
-                                  const F* material, const F& count, const F& give,
+                                  const F* material, const F& give,
                                   ContactBlock<W, P, kFull>& block) {
   const F none = zero();
   F impulse[4], tail[4];
@@ -275,7 +270,7 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   const F threshold = L::set(pass.restitution_threshold);
   F carry[4];
   gather_row(input, kRoundingRow, carry);
-  const F depth = standing_depth(pass, carry[0], carry[3], count, give, impulse);
+  const F depth = standing_depth(pass, carry[0], carry[3], give);
   F fastest = none, bounce = none;
   for (int i = 0; i < P; ++i) {
     const F s = L::select(there[i], point[i][3], L::set(1e6f));
