@@ -333,8 +333,11 @@ void inherit(const Manifold& old, Manifold& manifold) {
   manifold.rolling_impulse = old.rolling_impulse;
   manifold.carried_impulse = old.carried_impulse;
   manifold.standing_impulse = old.standing_impulse;
+  manifold.statics_impulse = old.statics_impulse;
+  manifold.pressed_time = old.pressed_time;
   manifold.placed = old.placed;
   manifold.begins = old.begins;
+  manifold.settled = old.settled;
   std::uint32_t used = 0, matched = 0;
   for (std::uint32_t i = 0; i < manifold.point_count; ++i) {
     for (std::uint32_t j = 0; j < old.point_count; ++j) {
@@ -375,7 +378,9 @@ void begin(const V3f& linear, const V3f& angular, Manifold& manifold) {
   std::fill_n(manifold.normal_impulse, 4, 0.0f);
   manifold.friction_impulse = manifold.rolling_impulse = {0, 0, 0};
   manifold.twist_impulse = manifold.carried_impulse = manifold.standing_impulse = 0;
+  manifold.statics_impulse = manifold.pressed_time = 0;
   manifold.placed = manifold.begins = is_zero(linear) && is_zero(angular);
+  manifold.settled = false;
 }
 
 // Four points with the features of before, each in its place, as of most pairs at rest.

@@ -38,6 +38,7 @@ enum BodyFlag : std::uint32_t {
   kForced = 1u << 16,      // `force` holds something
   kDisturbed = 1u << 17,  // fixed or kinematic, and changed by hand since the last step: wakes whom
                           // it meets
+  kReloaded = 1u << 18,   // dynamic: its load was changed by hand since the last step
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.

@@ -36,10 +36,13 @@ struct alignas(32) Manifold {
   // m, radius of the rounding of a surface that touches with it, along the normal: as the body turns
   // another point of it comes to where this one was. 0: what touches turns with the body.
   float rounding_a = 0, rounding_b = 0;
-  // What of the carried impulse it has come to bear for good; 0 unless `placed` (docs/decisions/0023).
-  float standing_impulse = 0;
-  bool placed = false;  // it began with the two bodies at rest with each other, not by a motion
-  bool begins = false;  // so it does, and nothing has solved it yet
+  // Likewise: what it is held to bear for good, and at most by the statics of bodies at rest; 0 until that
+  // is known (solver/standing_loads.h).
+  float standing_impulse = 0, statics_impulse = 0;
+  float pressed_time = 0;  // s, since when it has pressed without a break
+  bool begins = false;     // with the two bodies at rest with each other; nothing has solved it yet
+  bool placed = false;     // so it has begun, and not by a motion
+  bool settled = false;    // loads of statics were shared since it began
   // s after the start of the step: when the two are foreseen to touch for a bounce. Normal and places
   // are those of that time, separations those that lead there (collision/touch_forecast.h). 0: of the
   // start of the step.

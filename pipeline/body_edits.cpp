@@ -299,6 +299,11 @@ Vec3 rotation_vector(const Quat& from, const Quat& to) {
   return turn.vec() * (2 * core::trig::atan2(sine, turn.w()) / sine);
 }
 
+// What it bears or rests on has changed by hand.
+void reload(WorldData& world, BodyIndex body) {
+  if (world.bodies.is(body, core::kDynamic)) world.bodies.flags[body] |= core::kReloaded;
+}
+
 }  // namespace
 
 void require(const WorldData& world, BodyId body) {
@@ -314,7 +319,10 @@ void wake(WorldData& world, BodyIndex body) {
 }
 
 void wake_all(WorldData& world) {
-  for (BodyIndex body = 0; body < world.bodies.rows(); ++body) wake(world, body);
+  for (BodyIndex body = 0; body < world.bodies.rows(); ++body) {
+    wake(world, body);
+    reload(world, body);
+  }
 }
 
 void disturb(WorldData& world, BodyIndex body) {
@@ -322,8 +330,10 @@ void disturb(WorldData& world, BodyIndex body) {
   core::disturb(world.bodies, body);
   for (const core::ContactPair& pair : world.contacts.pairs) {
     if ((pair.flags & (core::kTouching | core::kSensorPair)) != core::kTouching) continue;
-    if (pair.body_a == body) wake(world, pair.body_b);
-    if (pair.body_b == body) wake(world, pair.body_a);
+    if (pair.body_a != body && pair.body_b != body) continue;
+    const BodyIndex other = pair.body_a == body ? pair.body_b : pair.body_a;
+    wake(world, other);
+    reload(world, other);
   }
 }
 

@@ -59,8 +59,10 @@ struct ContactPass {
   float restitution_threshold = 0;  // m/s
   Softness soft = {};
   float soft_load = 0;  // m/s: most impulse per effective mass beyond `carried` that softens
-  bool books = true;    // the relax pass adds its impulses to the sums over the step
-  bool last = false;    // it is the step's last: single points rub about their normals then
+  float deflection =
+      0;              // s: depth of a soft contact that bears 1 m/s per effective mass in a substep
+  bool books = true;  // the relax pass adds its impulses to the sums over the step
+  bool last = false;  // it is the step's last: single points rub about their normals then
 };
 
 // A core::Manifold as the kernels load and store it: rows of four floats.

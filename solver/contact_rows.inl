@@ -111,15 +111,15 @@ static bool prepare(const ContactPass& pass, const LaneInput& input, void* memor
     }
   }
   store(L::select(L::less(none, count), material[0], none), block.friction.coefficient);
-  couple(pass, input, f, count, block);
-  return prepare_impulses(pass, input, f, there, point, material, block);
+  const F give = count * couple(pass, input, f, count, block);
+  return prepare_impulses(pass, input, f, there, point, material, give, block);
 }
 
 // What velocity an impulse at each row of the contact gives to every other, with the arms of `f`;
-// `count`: of points.
+// `count`: of points. Returns it for the normal at the centre, kg^-1.
 template <int P, bool kFull>
-SKERRY_LANE void couple(const ContactPass& pass, const LaneInput& input, const Frame<P, kFull>& f,
-                        const F& count, ContactBlock<W, P, kFull>& block) {
+SKERRY_LANE F couple(const ContactPass& pass, const LaneInput& input, const Frame<P, kFull>& f,
+                     const F& count, ContactBlock<W, P, kFull>& block) {
   const F none = zero();
   M there[P];
   for (int i = 0; i < P; ++i) there[i] = L::less(L::set(static_cast<float>(i)), count);
@@ -200,6 +200,7 @@ SKERRY_LANE void couple(const ContactPass& pass, const LaneInput& input, const F
     invert2(dot(f.t1, s1), dot(f.t1, s2), dot(f.t2, s2), block.full.rolling_inverse,
             block.full.rolling_slide_mass);
   }
+  return g_nn;
 }
 
 // (S G S)^-1 with G the inverse mass of (vn, w1, w2) and S the sums over the points of products of
@@ -270,13 +271,21 @@ SKERRY_LANE V gather_acceleration(const ContactPass& pass, const std::uint32_t* 
   L::gather(floats(pass.base), 8, index, a);
   return {a[0], a[1], a[2]};
 }
+// m: how deep the soft contact is pressed in by what it bears for good beyond what it carries. There it
+// ought to be: pressed, and the surfaces where they meet.
+SKERRY_LANE F standing_depth(const ContactPass& pass, const F& carried, const F& standing,
+                             const F& give) {
+  const F beyond = L::max(standing - carried, zero());
+  return L::min(give * beyond, L::set(pass.soft_load)) * L::set(pass.deflection);
+}
 
 // Warm start, separations, and how fast the bodies come together.
 // Whether one of the points may bounce.
 template <int P, bool kFull>
 SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& input,
                                   const Frame<P, kFull>& f, const M* there, const F (*point)[4],
-                                  const F* material, ContactBlock<W, P, kFull>& block) {
+                                  const F* material, const F& give,
+                                  ContactBlock<W, P, kFull>& block) {
   const F none = zero();
   F impulse[4], tail[4];
   gather_row(input, kImpulseRow, impulse);
@@ -317,10 +326,13 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
   if constexpr (kFull) pull = L::select(is_timed(block), none, acceleration);
   const F gained = pull * L::set(pass.substep * pass.substeps);
   const F threshold = L::set(pass.restitution_threshold);
+  F carry[4];
+  gather_row(input, kRoundingRow, carry);
+  const F depth = standing_depth(pass, carry[0], carry[3], give);
   F fastest = none, bounce = none;
   for (int i = 0; i < P; ++i) {
     const F s = L::select(there[i], point[i][3], L::set(1e6f));
-    store(s, block.points.separation[i]);
+    store(s - depth, block.points.separation[i]);
     store(L::select(there[i], impulse[i], none), block.points.impulse[i]);
     // Speed at the moment of touch: v^2 = v0^2 - 2 a s on the parabola of free flight.
     const M meets = L::both(there[i], L::less(vn[i] + L::min(gained, none), none));
@@ -344,10 +356,9 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     const M impact = L::less(threshold * threshold, fastest);
     store(L::select(impact, none, load(friction.coefficient) * lever), friction.twist_reach);
   }
-  gather_row(input, kRoundingRow, tail);
-  store(tail[0], block.carried);
-  store(tail[1], block.rounding_a);
-  store(tail[2], block.rounding_b);
+  store(carry[0], block.carried);
+  store(carry[1], block.rounding_a);
+  store(carry[2], block.rounding_b);
   if constexpr (kFull) {
     gather_row(input, kRollingRow, tail);
     const V rolling = {tail[0], tail[1], tail[2]};

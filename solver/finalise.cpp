@@ -66,10 +66,8 @@ void finalise_body(const StepContext& step, BodyIndex body, bool free) {
   const bool moves = (flags & core::kAwake) && !(flags & core::kQuarantined);
   flags = moves ? flags | core::kChanged : flags & ~core::kChanged;
   if (flags & core::kDynamic) bodies.still_time[body] = still_time_after(step, body, free);
-  if (flags & core::kForced) {
-    bodies.force[body] = {};
-    flags &= ~core::kForced;
-  }
+  if (flags & core::kForced) bodies.force[body] = {};
+  flags &= ~(core::kForced | core::kReloaded);
 }
 
 std::span<const BodyIndex> members(const Islands& islands, const Island& island) {

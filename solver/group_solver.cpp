@@ -35,9 +35,12 @@ constexpr float kImpactSpeed = 0.05f;  // m/s
 // (docs/decisions/0007).
 constexpr double kStiffest = 0.175;  // contact_hertz times h
 
-// Time in which contacts come to carry a load, and to bear it for good: so slowly that it feeds no wave.
+// Time in which contacts come to carry a load: so slowly that it feeds no wave.
 constexpr double kCarryTime = 1.5;  // s
-constexpr double kStandTime = 10;   // s
+
+// Loads of statics are shared anew in an island whose bodies all move slower than kImpactSpeed while some
+// contact has pressed for so long since they were.
+constexpr float kRestTime = 0.25f;  // s
 
 // It gives way to this force per effective mass at most, and carries the rest rigidly: until a load
 // many times the body's weight has become the usual one, the body must sink in by no more than this
@@ -179,11 +182,13 @@ void GroupSolver::assign_rows() {
   core::make_room(body_, row_count_);
   body_.resize(row_count_);
   body_[0] = kNone;
-  has_locks_ = false;
+  has_locks_ = has_reloaded_ = false;
   double lightest = 1e300, heaviest = 0;
   for (std::uint32_t row = 1; row < row_count_; ++row) {
     body_[row] = islands.bodies[first_body_ + row - 1];
-    has_locks_ = has_locks_ || (step_->bodies->flags[body_[row]] & kLockMask) != 0;
+    const std::uint32_t flags = step_->bodies->flags[body_[row]];
+    has_locks_ = has_locks_ || (flags & kLockMask) != 0;
+    has_reloaded_ = has_reloaded_ || (flags & kReloaded) != 0;
     const double mass = step_->bodies->mass[body_[row]].mass;
     lightest = std::min(lightest, mass);
     heaviest = std::max(heaviest, mass);
@@ -231,6 +236,7 @@ void GroupSolver::collect(jobs::Task& task) {
   bounces_.store(false, std::memory_order_relaxed);
   has_bounces_.store(false, std::memory_order_relaxed);
   has_placed_.store(false, std::memory_order_relaxed);
+  has_unsettled_.store(false, std::memory_order_relaxed);
   meets_kinematics_.store(false, std::memory_order_relaxed);
   const std::uint32_t grain = group_.kind == GroupKind::wide ? kCollectGrain : kUnbounded;
   jobs::run_blocks(task, contact_count_ == 0 ? 0 : (contact_count_ - 1) / grain + 1,
@@ -247,7 +253,7 @@ void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
   const ContactTable& table = *step_->contacts;
   const ContactRef* refs = step_->islands->contacts.data() + first_contact_;
   const std::uint32_t* slots = step_->solver->islands.slot.data();
-  bool bounces = false, placed = false, kinematics = false;
+  bool bounces = false, placed = false, unsettled = false, kinematics = false;
   for (std::uint32_t i = begin; i < end; ++i) {
     const ContactRef ahead = refs[std::min(i + kPrefetch, contact_count_ - 1)];
     prefetch(table.manifolds[ahead.manifold]);
@@ -265,10 +271,12 @@ void GroupSolver::collect_contacts(std::uint32_t begin, std::uint32_t end) {
                     is_loose(manifold)};
     bounces = bounces || manifold.restitution > 0;
     placed = placed || manifold.begins;
+    unsettled = unsettled || is_unsettled(manifold);
     kinematics = kinematics || row_a_[i] == kNone || row_b_[i] == kNone;
   }
   if (bounces) has_bounces_.store(true, std::memory_order_relaxed);
   if (placed) has_placed_.store(true, std::memory_order_relaxed);
+  if (unsettled) has_unsettled_.store(true, std::memory_order_relaxed);
   if (kinematics) meets_kinematics_.store(true, std::memory_order_relaxed);
 }
 
@@ -349,23 +357,86 @@ void GroupSolver::set_efforts() {
   }
 }
 
-// What was put on each other in this step begins with the loads of statics, joints aside.
+// What was put on each other in this step begins with the loads of statics, and what has come to rest goes
+// on with them, joints aside.
 void GroupSolver::set_standing_loads() {
-  const Vec3& gravity = step_->settings->gravity;
-  if (!has_placed_.load(std::memory_order_relaxed) || !(gravity.norm() > 0)) return;
-  const double h = step_->dt / step_->settings->solver.substeps;
+  const bool any = has_reloaded_ || has_placed_.load(std::memory_order_relaxed) ||
+                   has_unsettled_.load(std::memory_order_relaxed);
+  if (!any || !(step_->settings->gravity.norm() > 0)) return;
   std::uint32_t begin = 0;
   for (std::uint32_t i = 0; i < group_.count; ++i) {
     const Island& island = step_->islands->islands[group_.first + i];
-    const std::uint32_t end = begin + island.contact_count;
-    if (island.joint_count == 0) {
-      standing_loads_.begin(row_count_, gravity, h);
-      add_standing_bodies(island);
-      for (std::uint32_t k = begin; k < end; ++k) add_support(k);
-      standing_loads_.share();
-    }
-    begin = end;
+    if (island.joint_count == 0) share_loads(island, begin);
+    begin += island.contact_count;
   }
+}
+
+void GroupSolver::share_loads(const Island& island, std::uint32_t begin) {
+  const std::uint32_t end = begin + island.contact_count;
+  const auto manifold = [&](std::uint32_t k) -> Manifold& {
+    return step_->contacts->manifolds[contacts_[k].manifold];
+  };
+  bool begins = false, unsettled = false;
+  for (std::uint32_t k = begin; k < end; ++k) {
+    begins = begins || manifold(k).begins;
+    unsettled = unsettled || is_unsettled(manifold(k));
+  }
+  const bool reloaded = is_reloaded(island);
+  if (!begins && !unsettled && !reloaded) return;
+  const bool all = is_slow(island) && is_plain(island, begin);
+  if (!begins && !all) return;
+  using Scope = StandingLoads::Scope;
+  const double h = step_->dt / step_->settings->solver.substeps;
+  standing_loads_.begin(row_count_, step_->settings->gravity, h,
+                        !all                 ? Scope::begun
+                        : begins || reloaded ? Scope::all_anew
+                                             : Scope::all);
+  add_standing_bodies(island);
+  for (std::uint32_t k = begin; k < end; ++k) add_support(k);
+  standing_loads_.share();
+  if (!all) return;
+  for (std::uint32_t k = begin; k < end; ++k) {
+    Manifold& m = manifold(k);
+    m.settled = m.standing_impulse > 0 || m.pressed_time > 0;
+  }
+}
+
+// Whether statics is to be trusted: all contacts were placed, or each body rests on one other.
+bool GroupSolver::is_plain(const Island& island, std::uint32_t begin) const {
+  std::uint32_t pressed = 0;
+  bool placed = true;
+  for (std::uint32_t k = begin; k < begin + island.contact_count; ++k) {
+    const Manifold& manifold = step_->contacts->manifolds[contacts_[k].manifold];
+    if (!manifold.begins && !(manifold.pressed_time > 0)) continue;
+    placed = placed && manifold.placed;
+    ++pressed;
+  }
+  return placed || pressed <= island.body_count;
+}
+
+bool GroupSolver::is_unsettled(const Manifold& manifold) {
+  return !manifold.settled && manifold.pressed_time >= kRestTime;
+}
+
+bool GroupSolver::is_reloaded(const Island& island) const {
+  if (!has_reloaded_) return false;
+  for (std::uint32_t k = 0; k < island.body_count; ++k) {
+    if (step_->bodies->is(step_->islands->bodies[island.first_body + k], kReloaded)) return true;
+  }
+  return false;
+}
+
+bool GroupSolver::is_slow(const Island& island) const {
+  const Bodies& bodies = *step_->bodies;
+  for (std::uint32_t k = 0; k < island.body_count; ++k) {
+    const BodyIndex body = step_->islands->bodies[island.first_body + k];
+    const BodyMotion& motion = bodies.motion[body];
+    const double radius = bodies.mass[body].radius;
+    if (motion.linear.squaredNorm() + radius * radius * motion.angular.squaredNorm() >
+        double(kImpactSpeed) * double(kImpactSpeed))
+      return false;
+  }
+  return true;
 }
 
 void GroupSolver::add_standing_bodies(const Island& island) {
@@ -491,8 +562,9 @@ void GroupSolver::set_constants() {
   const double hertz = std::min(settings.contact_hertz, kStiffest / h);
   pass_.soft_load = core::rounded_to_float(kSoftLoad * h);
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
+  const double omega = 2 * std::numbers::pi * hertz;
+  pass_.deflection = core::rounded_to_float(std::min(1 / (h * omega * omega), 1e30));
   carry_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kCarryTime));
-  stand_part_ = core::rounded_to_float(std::min(1.0, step_->dt / kStandTime));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
   last_pass_ = pass_;
@@ -1038,12 +1110,11 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
 // `load`: N s of a mean point in a substep.
 void GroupSolver::carry(Manifold& manifold, float load) const {
   manifold.begins = false;
-  if (manifold.placed) {
-    const float change = kStandingShare * load - manifold.standing_impulse;
-    manifold.standing_impulse += (change < 0 ? carry_part_ : stand_part_) * change;
-  }
-  const float usual = carried_of(load, manifold.standing_impulse);
-  manifold.carried_impulse += carry_part_ * (usual - manifold.carried_impulse);
+  manifold.pressed_time = load > 0 ? manifold.pressed_time + pass_.substep * pass_.substeps : 0;
+  const float borne =
+      stands(load, manifold.statics_impulse) ? manifold.statics_impulse : kNear * load;
+  manifold.standing_impulse += carry_part_ * (borne - manifold.standing_impulse);
+  manifold.carried_impulse += carry_part_ * (carried_of(manifold, load) - manifold.carried_impulse);
 }
 
 // Equal and opposite in double, at one and the same point: momentum and angular momentum of the two

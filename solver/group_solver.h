@@ -111,6 +111,11 @@ class GroupSolver final : public jobs::PhaseProgram {
   void seat_kinematics();
   void set_efforts();
   void set_standing_loads();
+  void share_loads(const core::Island& island, std::uint32_t begin);
+  static bool is_unsettled(const core::Manifold& manifold);
+  bool is_reloaded(const core::Island& island) const;
+  bool is_slow(const core::Island& island) const;
+  bool is_plain(const core::Island& island, std::uint32_t begin) const;
   void add_standing_bodies(const core::Island& island);
   void add_support(std::uint32_t contact);
   double heavy_on_light(std::uint32_t begin, std::uint32_t end) const;
@@ -186,14 +191,15 @@ class GroupSolver final : public jobs::PhaseProgram {
   std::uint32_t first_body_ = 0, body_count_ = 0;  // in Islands::bodies
   std::uint32_t row_count_ = 0, padded_rows_ = 0;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  bool has_locks_ = false;
+  bool has_locks_ = false, has_reloaded_ = false;
   bool unequal_masses_ = false;  // some body is kHeavyOnLight times as heavy as another
-  // Of the contacts: whether materials bounce, whether some begin with their bodies at rest, whether
-  // kinematic bodies have no rows yet.
-  std::atomic<bool> has_bounces_ = false, has_placed_ = false, meets_kinematics_ = false;
+  // Of the contacts: whether materials bounce, whether some begin with their bodies at rest, whether some
+  // have pressed for long since loads were shared, whether kinematic bodies have no rows yet.
+  std::atomic<bool> has_bounces_ = false, has_placed_ = false, has_unsettled_ = false,
+                    meets_kinematics_ = false;
   std::atomic<bool> bounces_ = false;  // in this step
-  // Of the way to the present load that Manifold::carried_impulse and standing_impulse go in a step.
-  float carry_part_ = 0, stand_part_ = 0;
+  float carry_part_ =
+      0;  // of the way to the present load that Manifold::carried_impulse goes in a step
 
   std::vector<VelocityRow> velocity_, start_, forced_;
   std::vector<DeltaRow> delta_;

@@ -11,8 +11,9 @@ namespace skerry::solver {
 using core::kNone;
 using core::Manifold;
 
-void StandingLoads::begin(std::uint32_t rows, const Vec3& gravity, double substep) {
+void StandingLoads::begin(std::uint32_t rows, const Vec3& gravity, double substep, Scope scope) {
   substep_ = substep;
+  scope_ = scope;
   touching_ = gravity.norm() * substep * substep;  // what is farther falls first
   up_ = gravity / -gravity.norm();
   const Vec3 aside = std::abs(up_.x()) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
@@ -49,7 +50,7 @@ void StandingLoads::link() {
   for (std::size_t i = supports_.size(); i-- > 0;) {
     Support& support = supports_[i];
     Load& above = loads_[support.above];
-    above.shares = (above.first == kNone || above.shares) && support.manifold->begins;
+    above.shares = (above.first == kNone || above.shares) && counts(support);
     support.next = above.first;
     above.first = static_cast<std::uint32_t>(i);
     if (support.below != kGround) ++loads_[support.below].awaited;
@@ -74,7 +75,7 @@ void StandingLoads::find_ground() {
     Load& body = loads_[order_[done]];
     for (std::uint32_t i = body.first; i != kNone; i = supports_[i].next) {
       const Support& support = supports_[i];
-      body.stands = body.stands || !support.manifold->begins || support.below == kGround ||
+      body.stands = body.stands || !counts(support) || support.below == kGround ||
                     loads_[support.below].stands;
     }
   }
@@ -87,12 +88,26 @@ double StandingLoads::across(int axis, const Support& support, std::uint32_t poi
   return (a.x() * at.x() + a.y() * at.y()) + a.z() * at.z();
 }
 
+bool StandingLoads::counts(const Support& support) const {
+  return scope_ != Scope::begun || support.manifold->begins;
+}
+
+bool StandingLoads::touches(const Manifold& manifold, std::uint32_t point) const {
+  return manifold.begins ? double(manifold.points[point].separation) <= touching_
+                         : manifold.normal_impulse[point] > 0;
+}
+
+// On a slope the rest is friction's.
+double StandingLoads::along_normal(const Manifold& manifold) const {
+  return std::abs(up_.dot(core::to_double(manifold.normal)));
+}
+
 void StandingLoads::find_points(const Load& body) {
   points_.clear();
   for (std::uint32_t i = body.first; i != kNone; i = supports_[i].next) {
     const Support& support = supports_[i];
     for (std::uint32_t p = 0; p < support.manifold->point_count; ++p) {
-      if (double(support.manifold->points[p].separation) > touching_) continue;
+      if (!touches(*support.manifold, p)) continue;
       points_.push_back({i, p, {across(0, support, p, 0), across(1, support, p, 0)}, 0});
     }
   }
@@ -136,11 +151,12 @@ void StandingLoads::spread(const Load& body) {
 
 void StandingLoads::hand_on(const Load& body) {
   for (const Point& point : points_) {
-    const Support& support = supports_[point.support];
-    // On a slope the rest is friction's.
-    const double normal = std::abs(up_.dot(core::to_double(support.manifold->normal)));
-    support.manifold->normal_impulse[point.index] =
-        core::rounded_to_float(point.share * normal * substep_);
+    Support& support = supports_[point.support];
+    support.load += point.share;
+    if (scope_ == Scope::all_anew || support.manifold->begins) {
+      support.manifold->normal_impulse[point.index] =
+          core::rounded_to_float(point.share * along_normal(*support.manifold) * substep_);
+    }
     if (support.below == kGround) continue;
     Load& below = loads_[support.below];
     below.force += point.share;
@@ -149,10 +165,9 @@ void StandingLoads::hand_on(const Load& body) {
   }
   for (std::uint32_t i = body.first; i != kNone; i = supports_[i].next) {
     Manifold& m = *supports_[i].manifold;
-    const float* n = m.normal_impulse;
-    const float mean = ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(m.point_count);
-    m.standing_impulse = kStandingShare * mean;
-    m.carried_impulse = carried_of(mean, m.standing_impulse);
+    const double load = supports_[i].load * along_normal(m) / m.point_count;
+    m.statics_impulse = m.standing_impulse = core::rounded_to_float(load * substep_);
+    m.carried_impulse = carried_of(m, m.statics_impulse);
   }
 }
 

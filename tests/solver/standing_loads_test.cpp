@@ -41,7 +41,8 @@ class Cubes {
   }
   void share() {
     StandingLoads loads;
-    loads.begin(static_cast<std::uint32_t>(centers_.size()), {0, -10, 0}, kSubstep);
+    loads.begin(static_cast<std::uint32_t>(centers_.size()), {0, -10, 0}, kSubstep,
+                StandingLoads::Scope::begun);
     for (std::uint32_t row = 1; row < centers_.size(); ++row) loads.add_body(row, kWeight);
     for (const auto& support : supports_) loads.add(support);
     loads.share();
@@ -70,8 +71,8 @@ TEST(StandingLoads, each_contact_of_a_column_bears_what_lies_above) {
   for (const float impulse : foot.normal_impulse)
     EXPECT_NEAR(impulse, 0.75 * kWeight * kSubstep, 1e-5);
   const float mean = foot.normal_impulse[0];
-  EXPECT_FLOAT_EQ(foot.standing_impulse, kStandingShare * mean);
-  EXPECT_FLOAT_EQ(foot.carried_impulse, carried_of(mean, kStandingShare * mean));
+  EXPECT_FLOAT_EQ(foot.standing_impulse, mean);
+  EXPECT_FLOAT_EQ(foot.carried_impulse, kPlacedShare * mean);
 }
 
 TEST(StandingLoads, a_bridge_shares_its_load_between_its_piers) {
