@@ -82,6 +82,7 @@ Softness soft(double hertz, double damping_ratio, double h) {
 }
 
 constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+constexpr double kSlow = 8;      // what gravity gives in so many steps is slow for an impact
 constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
 
 // Contacts and bodies ahead of the present one whose rows are asked for.
@@ -305,16 +306,17 @@ void GroupSolver::set_impact_times() {
   }
 }
 
-// Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
-// move them, and their contacts have no time of their own.
+// Bodies under a force that contacts withstood in the last step, or that overlap with others and come on no
+// faster than forces make them: substeps move them, and their contacts have no time of their own.
 void GroupSolver::find_held() {
+  const auto slow = core::rounded_to_float(kSlow * step_->settings->gravity.norm() * step_->dt);
   for (std::uint32_t i = 0; i < contact_count_; ++i) {
     const Manifold& manifold = step_->contacts->manifolds[contacts_[i].manifold];
     const std::uint32_t a = row_a_[i], b = row_b_[i];
     const float* n = manifold.normal_impulse;
     const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
-    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b)))
-      held_[a] = held_[b] = 1;
+    const bool pressed = gap_of(manifold) < -kDeep && manifold.approach_speed < slow;
+    if ((pushed || pressed) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
   }
 }
 
