@@ -112,7 +112,8 @@ float gap_of(const Manifold& manifold) {
   return gap;
 }
 
-Sym3f rounded(const Mat3& m) {
+// Inlined: what is returned through memory is read back in other pieces, and waited for.
+[[gnu::always_inline]] inline Sym3f rounded(const Mat3& m) {
   return {core::rounded_to_float(m(0, 0)), core::rounded_to_float(m(0, 1)),
           core::rounded_to_float(m(0, 2)), core::rounded_to_float(m(1, 1)),
           core::rounded_to_float(m(1, 2)), core::rounded_to_float(m(2, 2))};
@@ -1120,6 +1121,18 @@ void GroupSolver::carry(Manifold& manifold, float load) const {
   manifold.carried_impulse += carry_part_ * (carried_of(manifold, load) - manifold.carried_impulse);
 }
 
+// Before it is booked.
+void GroupSolver::note_push(std::uint32_t index, bool bounced) {
+  for (const std::uint32_t row : {row_a_[index], row_b_[index]}) {
+    if (row - 1 >= body_count_) continue;
+    Ledger& ledger = ledger_[row];
+    ledger.several = ledger.several || ledger.pushed;
+    if (!bounced) continue;
+    ledger.bounced = true;
+    ledger.bounce_time = touch_time(index);
+  }
+}
+
 // Equal and opposite in double, at one and the same point: momentum and angular momentum of the two
 // bodies together stay put to rounding in double.
 void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
@@ -1140,15 +1153,16 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
       ledger.impulse[k] += sign * impulse[k];
       ledger.angular_impulse[k] += sign * torque[k];
     }
-    ledger.several = ledger.several || (ledger.pushed && pushed);
     ledger.pushed = ledger.pushed || pushed;
-    if (output.bounced[lane] > 0) ledger.bounce_time = touch_time(index);
     if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
-  Vec3 offset(contacts_[index].offset[0], contacts_[index].offset[1], contacts_[index].offset[2]);
-  if (bounces_.load(std::memory_order_relaxed) && joints_.empty() && output.struck[lane] > 0 &&
-      flies(row_a_[index]) && flies(row_b_[index]))
+  const double* o = contacts_[index].offset;
+  Vec3 offset(o[0], o[1], o[2]);
+  const bool bounces = bounces_.load(std::memory_order_relaxed);
+  if (bounces && pushed) note_push(index, output.bounced[lane] > 0);
+  if (bounces && joints_.empty() && output.struck[lane] > 0 && flies(row_a_[index]) &&
+      flies(row_b_[index]))
     offset = offset_after(index, double(touch_time(index)), time_of_impacts(index));
   add(row_a_[index], push, torque_a, -1);
   add(row_b_[index], push, torque_a - offset.cross(push), 1);
@@ -1226,10 +1240,10 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
 
 // s: when all that contacts gave to the body in this step was given; negative: over the step.
 double GroupSolver::time_of_impact(std::uint32_t row) const {
+  if (!bounces_.load(std::memory_order_relaxed) || !flies(row)) return -1;
   const Ledger& ledger = ledger_[row];
-  if (!flies(row) || !bounces_.load(std::memory_order_relaxed)) return -1;
   if (velocity_[row].struck > 0) return double(impact_time_[row]);
-  return ledger.several ? -1 : double(ledger.bounce_time);
+  return ledger.bounced && !ledger.several ? double(ledger.bounce_time) : -1;
 }
 
 void GroupSolver::fly_rows(std::uint32_t begin, std::uint32_t end) {
@@ -1247,15 +1261,14 @@ void GroupSolver::fly_rows(std::uint32_t begin, std::uint32_t end) {
 }
 
 // Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.
-BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
-                                       const Vec3& spin) const {
+void GroupSolver::go_by_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin,
+                                 BodyPose& next) const {
   const BodyIndex index = body_[row];
   const BodyPose& pose = step_->bodies->pose[index];
   const BodyMotion& motion = step_->bodies->motion[index];
   const double radius = step_->bodies->mass[index].radius;
   const Ledger& ledger = ledger_[row];
   const DeltaRow& delta = delta_[row];
-  BodyPose next;
   next.center = pose.center + to_double(delta.translation);
   Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
             double(delta.rotation.z));
@@ -1272,7 +1285,6 @@ BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
     turn = Quat(1, back.x(), back.y(), back.z()) * turn;
   }
   next.orientation = made_unit(turn * pose.orientation);
-  return next;
 }
 
 // Where a body comes that flies freely to its impact, and on from it.
@@ -1359,8 +1371,11 @@ void GroupSolver::finish_body(std::uint32_t row) {
   }
 
   const double impact = time_of_impact(row);
-  BodyPose next =
-      impact < 0 ? pose_of_substeps(row, after.linear, spin) : pose_after_impact(row, impact);
+  BodyPose next;
+  if (impact < 0)
+    go_by_substeps(row, after.linear, spin, next);
+  else
+    next = pose_after_impact(row, impact);
   if (bounces_.load(std::memory_order_relaxed) && joints_.empty()) next.center += parted(row);
   after.angular = outlook.from_rows
                       ? spin

@@ -80,8 +80,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   // What contacts gave to a body over the step, in double.
   struct alignas(64) Ledger {
     double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
-    float bounce_time = -1;                           // s, of the bounce, if one has been booked
-    bool pushed = false, impact = false, several = false;
+    float bounce_time = 0;  // s, if it bounced; all else zero to begin with
+    bool pushed = false, impact = false, bounced = false, several = false;
     HeldDirections held;
   };
   // What becomes of a body without contacts.
@@ -162,7 +162,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   Vec3 torque_on(std::uint32_t row) const;
   double time_of_impact(std::uint32_t row) const;
   void fly_rows(std::uint32_t begin, std::uint32_t end);
-  core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
+  void go_by_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin,
+                      core::BodyPose& next) const;
+  void note_push(std::uint32_t index, bool bounced);
   Vec3 parted(std::uint32_t row) const;
   void balance_parted();
   void balance_parted(std::uint32_t begin, std::uint32_t end);
