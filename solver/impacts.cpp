@@ -14,6 +14,7 @@ namespace {
 using namespace core;
 
 constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+constexpr double kSlow = 8;      // what gravity gives in so many steps is slow for an impact
 constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
 
 // m: of the point that is nearest to touching.
@@ -47,16 +48,18 @@ void Impacts::begin(GroupData& group, bool may_bounce) {
   }
 }
 
-// Bodies under a force that contacts withstood in the last step, or that overlap with others: substeps
-// move them, and their contacts have no time of their own.
+// Bodies under a force that contacts withstood in the last step, or that overlap with others and come on no
+// faster than forces make them: substeps move them, and their contacts have no time of their own.
 void Impacts::find_held() {
+  const StepContext& step = *group_->step;
+  const auto slow = core::rounded_to_float(kSlow * step.settings->gravity.norm() * step.dt);
   for (std::uint32_t i = 0; i < group_->contact_count; ++i) {
     const Manifold& manifold = group_->manifold(i);
     const std::uint32_t a = group_->row_a[i], b = group_->row_b[i];
     const float* n = manifold.normal_impulse;
     const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
-    if ((pushed || gap_of(manifold) < -kDeep) && (is_forced(a) || is_forced(b)))
-      held_[a] = held_[b] = 1;
+    const bool pressed = gap_of(manifold) < -kDeep && manifold.approach_speed < slow;
+    if ((pushed || pressed) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
   }
 }
 
