@@ -130,8 +130,11 @@ void collide_placed(PlacedPair& placed, WorkerScratch& scratch, PatchSet& patche
 template <class Collide>
 void store(const StepContext& step, const ApartPairs& known, ContactPair& pair, PatchSet& patches,
            const V3f& linear, const V3f& angular, float apart, const Collide& collide) {
-  TouchForecast forecast(step, pair, linear, angular);
-  const float time = forecast.expects(patches) ? forecast.find(collide, patches) : 0;
+  float time = 0;
+  if (may_bounce(step, pair)) {
+    TouchForecast forecast(step, pair, linear, angular);
+    if (forecast.expects(patches)) time = forecast.find(collide, patches);
+  }
   store_patches(step, pair, patches, linear, angular);
   if (pair.manifold_count == 0)
     known.note(pair, apart);

@@ -575,6 +575,33 @@ void store_point(const StepContext& step, core::ContactPair& pair, const V3f& no
   manifold.approach_speed = std::max(0.0f, -dot(normal, linear));
 }
 
+// Spheres that will bounce in this step: writes their contact of then; false if they do not.
+template <class PointAt>
+bool store_bounce(const StepContext& step, core::ContactPair& pair, const V3f& normal,
+                  float separation, const V3f& velocity, const PointAt& point_at) {
+  PatchSet patches;
+  const auto put = [&](const V3f& n, float gap, PatchSet& to) {
+    to.count = 1;
+    to.patch[0].normal = n;
+    to.patch[0].count = 1;
+    to.patch[0].points[0] = point_at(n, gap);
+  };
+  put(normal, separation, patches);
+  TouchForecast forecast(step, pair, velocity, {0, 0, 0});
+  if (!forecast.expects(patches)) return false;
+  const float radii = step.colliders->rows[pair.a].size.x + step.colliders->rows[pair.b].size.x;
+  const float time = forecast.find(
+      [&](const PairAt& at, PatchSet& then) {
+        const V3f there = difference(at.b.pose.center, at.a.pose.center);
+        const V3f n = direction(there, {0, 1, 0});
+        put(n, dot(there, n) - radii, then);
+      },
+      patches);
+  store_patches(step, pair, patches, velocity, {0, 0, 0});
+  step.contacts->manifolds[pair.first_manifold].touch_time = time;
+  return true;
+}
+
 }  // namespace
 
 bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
@@ -605,29 +632,13 @@ bool collide_centered_spheres(const StepContext& step, const ApartPairs& known,
   if (separation > 0 && way > kSpeculativeDistance &&
       separation > fast_touch(step, pair, between) && !foresees(step, pair, no_triangles))
     return clear_contact(pair), true;
-  PatchSet patches;
-  patches.count = 1;
-  const auto put = [&](const V3f& n, float gap, PatchSet& to) {
-    to.count = 1;
-    to.patch[0].normal = n;
-    to.patch[0].count = 1;
-    to.patch[0].points[0] = {n * (a.size.x + 0.5f * gap), gap, 0};
+  const auto point_at = [&](const V3f& n, float gap) {
+    return ContactPoint{n * (a.size.x + 0.5f * gap), gap, 0};
   };
-  put(normal, separation, patches);
-  TouchForecast forecast(step, pair, velocity, {0, 0, 0});
-  if (forecast.expects(patches)) {
-    const float time = forecast.find(
-        [&](const PairAt& at, PatchSet& then) {
-          const V3f there = difference(at.b.pose.center, at.a.pose.center);
-          const V3f n = direction(there, {0, 1, 0});
-          put(n, dot(there, n) - radii, then);
-        },
-        patches);
-    store_patches(step, pair, patches, velocity, {0, 0, 0});
-    step.contacts->manifolds[pair.first_manifold].touch_time = time;
+  if (separation > 0 && may_bounce(step, pair) &&
+      store_bounce(step, pair, normal, separation, velocity, point_at))
     return true;
-  }
-  store_point(step, pair, normal, patches.patch[0].points[0], velocity);
+  store_point(step, pair, normal, point_at(normal, separation), velocity);
   return true;
 }
 

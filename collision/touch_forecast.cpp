@@ -81,14 +81,15 @@ TouchForecast::TouchForecast(const StepContext& step, const core::ContactPair& p
           core::to_float(Vec3(gravity_on(step, pair.body_b) - gravity_on(step, pair.body_a)))),
       dt_(core::rounded_to_float(step.dt)) {}
 
+bool may_bounce(const StepContext& step, const core::ContactPair& pair) {
+  if (pair.manifold_capacity > 1 || (pair.flags & core::kSensorPair) ||
+      step.settings->solver.kind != SolverKind::soft_step_tgs)
+    return false;
+  return core::combined_restitution(step.colliders->rows[pair.a], step.colliders->rows[pair.b]) > 0;
+}
+
 bool TouchForecast::expects(const PatchSet& patches) const {
-  if (patches.count != 1 || patches.patch[0].count == 0 || pair_.manifold_capacity > 1)
-    return false;
-  if ((pair_.flags & core::kSensorPair) || step_.settings->solver.kind != SolverKind::soft_step_tgs)
-    return false;
-  const Collider& a = step_.colliders->rows[pair_.a];
-  const Collider& b = step_.colliders->rows[pair_.b];
-  if (!(core::combined_restitution(a, b) > 0) || is_far()) return false;
+  if (patches.count != 1 || patches.patch[0].count == 0 || is_far()) return false;
   const Meeting first = meeting(patches.patch[0], linear_, angular_);
   return first.separation > kTouch &&
          first.time<dt_&& double(-first.speed)> step_.settings->solver.restitution_threshold;

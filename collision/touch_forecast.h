@@ -28,7 +28,10 @@ void pair_frame(const StepContext& step, const core::ContactPair& pair, const Pa
 PlacedPair placed_pair(const StepContext& step, const core::ContactPair& pair, const PairAt& at,
                        const PairFrame& frame);
 
-// One pair's contact as time goes on.
+// Whether impacts of a pair are foreseen at all: not those of meshes, nor of what does not bounce.
+bool may_bounce(const StepContext& step, const core::ContactPair& pair);
+
+// The contact of a pair that may bounce, as time goes on.
 class TouchForecast {
  public:
   // `linear`, `angular`: see Query.

@@ -26,13 +26,14 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   const bool full =
       chunk.kind == ContactKind::points4_full || chunk.kind == ContactKind::point1_full;
+  const bool foreseen = full && has_bounces_.load(std::memory_order_relaxed);
   std::byte* block = block_memory() + chunk.memory;
   LaneInput input;
   std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
     for (std::uint32_t k = 0; k < kernels_->width; ++k) {
       const std::uint32_t contact = lanes_[lane++];
-      if (contact != kNone && group_.manifold(contact).touch_time > 0) {
+      if (foreseen && contact != kNone && group_.manifold(contact).touch_time > 0) {
         const Vec3 moved =
             impacts_.offset_after(contact, 0, double(group_.manifold(contact).touch_time));
         for (int axis = 0; axis < 3; ++axis) group_.contacts[contact].offset[axis] = moved[axis];
