@@ -5,7 +5,6 @@
 
 #include "core/growth.h"
 #include "core/rounding.h"
-#include "solver/solver_scratch.h"
 
 namespace skerry::solver {
 namespace {
