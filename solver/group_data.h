@@ -19,8 +19,8 @@ inline constexpr float kImpactSpeed = 0.05f;  // m/s
 // What contacts gave to a body over the step, in double.
 struct alignas(64) Ledger {
   double impulse[3] = {}, angular_impulse[3] = {};  // N s, N m s
-  float bounce_time = -1;                           // s, of the bounce, if one has been booked
-  bool pushed = false, impact = false, several = false;
+  float bounce_time = 0;                            // s, if it bounced; all else zero to begin with
+  bool pushed = false, impact = false, bounced = false, several = false;
   HeldDirections held;
 };
 

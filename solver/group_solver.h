@@ -125,7 +125,8 @@ class GroupSolver final : public jobs::PhaseProgram {
   void finish_rows(std::uint32_t begin, std::uint32_t end);
   void finish_body(std::uint32_t row);
   void finish_jointed(std::uint32_t row);
-  core::BodyPose pose_of_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin) const;
+  void go_by_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin,
+                      core::BodyPose& next) const;
 
   // Contacts in and out.
   void prepare_chunk(const Chunk& chunk);
@@ -136,6 +137,7 @@ class GroupSolver final : public jobs::PhaseProgram {
                  double time) const;
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
+  void note_push(std::uint32_t contact, bool bounced);
   void carry(core::Manifold& manifold, float load) const;
   void judge(std::uint32_t contact);
 

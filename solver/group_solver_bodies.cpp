@@ -179,15 +179,14 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
 }
 
 // Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.
-BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
-                                       const Vec3& spin) const {
+void GroupSolver::go_by_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin,
+                                 BodyPose& next) const {
   const BodyIndex index = group_.body[row];
   const BodyPose& pose = group_.step->bodies->pose[index];
   const BodyMotion& motion = group_.step->bodies->motion[index];
   const double radius = group_.step->bodies->mass[index].radius;
   const Ledger& ledger = group_.ledger[row];
   const DeltaRow& delta = group_.delta[row];
-  BodyPose next;
   next.center = pose.center + to_double(delta.translation);
   Quat turn(double(delta.rotation.w), double(delta.rotation.x), double(delta.rotation.y),
             double(delta.rotation.z));
@@ -205,7 +204,6 @@ BodyPose GroupSolver::pose_of_substeps(std::uint32_t row, const Vec3& linear,
     turn = Quat(1, back.x(), back.y(), back.z()) * turn;
   }
   next.orientation = made_unit(turn * pose.orientation);
-  return next;
 }
 
 void GroupSolver::finish_body(std::uint32_t row) {
@@ -230,8 +228,11 @@ void GroupSolver::finish_body(std::uint32_t row) {
   }
 
   const double impact = impacts_.time_of_impact(row);
-  BodyPose next =
-      impact < 0 ? pose_of_substeps(row, after.linear, spin) : impacts_.pose_after(row, impact);
+  BodyPose next;
+  if (impact < 0)
+    go_by_substeps(row, after.linear, spin, next);
+  else
+    next = impacts_.pose_after(row, impact);
   if (impacts_.timed()) next.center += impacts_.parted(row);
   after.angular = outlook.from_rows
                       ? spin

@@ -149,6 +149,18 @@ void GroupSolver::carry(Manifold& manifold, float load) const {
   manifold.carried_impulse += carry_part_ * (carried_of(manifold, load) - manifold.carried_impulse);
 }
 
+// Before it is booked.
+void GroupSolver::note_push(std::uint32_t index, bool bounced) {
+  for (const std::uint32_t row : {group_.row_a[index], group_.row_b[index]}) {
+    if (row - 1 >= group_.body_count) continue;
+    Ledger& ledger = group_.ledger[row];
+    ledger.several = ledger.several || ledger.pushed;
+    if (!bounced) continue;
+    ledger.bounced = true;
+    ledger.bounce_time = group_.manifold(index).touch_time;
+  }
+}
+
 // Equal and opposite in double, at one and the same point: momentum and angular momentum of the two
 // bodies together stay put to rounding in double.
 void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32_t index) {
@@ -169,14 +181,13 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
       ledger.impulse[k] += sign * impulse[k];
       ledger.angular_impulse[k] += sign * torque[k];
     }
-    ledger.several = ledger.several || (ledger.pushed && pushed);
     ledger.pushed = ledger.pushed || pushed;
-    if (output.bounced[lane] > 0) ledger.bounce_time = group_.manifold(index).touch_time;
     if (pushed) ledger.held.hold(manifold.normal, manifold.point_count > 1);
     ledger.impact = ledger.impact || impact;
   };
-  Vec3 offset(group_.contacts[index].offset[0], group_.contacts[index].offset[1],
-              group_.contacts[index].offset[2]);
+  const double* o = group_.contacts[index].offset;
+  Vec3 offset(o[0], o[1], o[2]);
+  if (impacts_.bounces() && pushed) note_push(index, output.bounced[lane] > 0);
   if (impacts_.timed() && output.struck[lane] > 0 && impacts_.flies(group_.row_a[index]) &&
       impacts_.flies(group_.row_b[index]))
     offset = impacts_.offset_after(index, double(group_.manifold(index).touch_time),

@@ -77,9 +77,9 @@ inline bool Impacts::flies(std::uint32_t row) const {
 
 inline double Impacts::time_of_impact(std::uint32_t row) const {
   const Ledger& ledger = group_->ledger[row];
-  if (!flies(row) || !bounces()) return -1;
+  if (!bounces() || !flies(row)) return -1;
   if (group_->velocity[row].struck > 0) return double(impact_time_[row]);
-  return ledger.several ? -1 : double(ledger.bounce_time);
+  return ledger.bounced && !ledger.several ? double(ledger.bounce_time) : -1;
 }
 
 }  // namespace skerry::solver

@@ -19,7 +19,8 @@ void prefetch(const T& row) {
   for (std::size_t i = 0; i < sizeof(T); i += 64) __builtin_prefetch(bytes + i);
 }
 
-inline core::Sym3f rounded(const Mat3& m) {
+// Inlined: what is returned through memory is read back in other pieces, and waited for.
+[[gnu::always_inline]] inline core::Sym3f rounded(const Mat3& m) {
   return {core::rounded_to_float(m(0, 0)), core::rounded_to_float(m(0, 1)),
           core::rounded_to_float(m(0, 2)), core::rounded_to_float(m(1, 1)),
           core::rounded_to_float(m(1, 2)), core::rounded_to_float(m(2, 2))};
