@@ -3,6 +3,7 @@
 // take half as much again, like push_back does.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -11,6 +12,12 @@ namespace skerry::core {
 template <class T>
 void make_room(std::vector<T>& buffer, std::size_t count) {
   if (count > buffer.capacity()) buffer.reserve(count + count / 2);
+}
+
+// At least `count` entries, new ones among them; keeps all it has.
+template <class T>
+void grow(std::vector<T>& buffer, std::size_t count) {
+  if (buffer.size() < count) buffer.resize(std::max(count, buffer.size() + buffer.size() / 2));
 }
 
 template <class T>

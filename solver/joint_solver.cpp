@@ -4,15 +4,12 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/growth.h"
+
 namespace skerry::solver {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-template <class T>
-void grow(std::vector<T>& v, std::size_t count) {
-  if (v.size() < count) v.resize(std::max(count, v.size() + v.size() / 2));
-}
 
 }  // namespace
 
@@ -59,9 +56,9 @@ std::uint32_t JointBatch::root_of(std::uint32_t row) {
 }
 
 void JointBatch::find_clusters(std::uint32_t dynamic_end) {
-  grow(parent_, dynamic_end);
-  grow(looped_, dynamic_end);
-  grow(size_, dynamic_end);
+  core::grow(parent_, dynamic_end);
+  core::grow(looped_, dynamic_end);
+  core::grow(size_, dynamic_end);
   for (std::uint32_t row = 0; row < dynamic_end; ++row) parent_[row] = row;
   std::fill_n(looped_.begin(), dynamic_end, std::uint8_t{0});
   std::fill_n(size_.begin(), dynamic_end, ClusterSize{0, 0});
@@ -92,7 +89,7 @@ void JointBatch::find_clusters(std::uint32_t dynamic_end) {
 }
 
 void JointBatch::own_bodies(std::uint32_t first_body, std::span<const std::uint8_t> yields) {
-  grow(answers_, parent_.size());
+  core::grow(answers_, parent_.size());
   for (std::uint32_t i = 0; i < island_count_; ++i) {
     const core::Island& island = step_->islands->islands[first_island_ + i];
     if (island.joint_count == 0) continue;
@@ -186,7 +183,7 @@ void JointBatch::find_stiffness() {
 }
 
 void JointBatch::place_rows() {
-  grow(constraints_, refs_.size());
+  core::grow(constraints_, refs_.size());
   std::uint32_t lock = 0, axis = 0;
   for (std::size_t i = 0; i < refs_.size(); ++i) {
     constraints_[i].first_lock = lock;
@@ -194,8 +191,8 @@ void JointBatch::place_rows() {
     lock += refs_[i].lock_count;
     axis += refs_[i].axis_count;
   }
-  grow(locks_, lock);
-  grow(axes_, axis);
+  core::grow(locks_, lock);
+  core::grow(axes_, axis);
 }
 
 // ---- In and out.

@@ -1,0 +1,230 @@
+#include "solver/impacts.h"
+
+#include <algorithm>
+
+#include "core/growth.h"
+#include "core/rounding.h"
+#include "solver/rotation.h"
+#include "solver/row_helpers.h"
+#include "solver/solver_scratch.h"
+
+namespace skerry::solver {
+namespace {
+
+using namespace core;
+
+constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
+constexpr double kSlow = 8;      // what gravity gives in so many steps is slow for an impact
+constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
+
+// m: of the point that is nearest to touching.
+float gap_of(const Manifold& manifold) {
+  float gap = manifold.points[0].separation;
+  for (std::uint32_t k = 1; k < manifold.point_count; ++k)
+    gap = std::min(gap, manifold.points[k].separation);
+  return gap;
+}
+
+}  // namespace
+
+// Impacts among several bodies of an island all happen when the first of them does.
+void Impacts::begin(GroupData& group, bool may_bounce) {
+  group_ = &group;
+  bounces_.store(false, std::memory_order_relaxed);
+  core::refill(held_, group_->row_count, std::uint8_t{0});
+  if (!may_bounce) return;
+  core::grow(flown_, group_->padded_rows);
+  core::grow(flown_from_, group_->row_count);
+  if (group_->joined) return;
+  find_held();
+  core::refill(impact_time_, group_->row_count, 0.0f);
+  std::uint32_t contact = 0, row = 1;
+  for (std::uint32_t i = 0; i < group_->islands.count; ++i) {
+    const Island& island = group_->island(i);
+    const float time = first_impact(contact, contact + island.contact_count);
+    std::fill_n(impact_time_.begin() + row, island.body_count, time);
+    contact += island.contact_count;
+    row += island.body_count;
+  }
+}
+
+// Bodies under a force that contacts withstood in the last step, or that overlap with others and come on no
+// faster than forces make them: substeps move them, and their contacts have no time of their own.
+void Impacts::find_held() {
+  const StepContext& step = *group_->step;
+  const auto slow = core::rounded_to_float(kSlow * step.settings->gravity.norm() * step.dt);
+  for (std::uint32_t i = 0; i < group_->contact_count; ++i) {
+    const Manifold& manifold = group_->manifold(i);
+    const std::uint32_t a = group_->row_a[i], b = group_->row_b[i];
+    const float* n = manifold.normal_impulse;
+    const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
+    const bool pressed = gap_of(manifold) < -kDeep && manifold.approach_speed < slow;
+    if ((pushed || pressed) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
+  }
+}
+
+bool Impacts::is_forced(std::uint32_t row) const {
+  if (row - 1 >= group_->body_count) return false;
+  const BodyIndex body = group_->body[row];
+  return (group_->step->bodies->flags[body] & kForced) != 0 ||
+         (group_->step->bodies->mass[body].gravity_scale != 0 &&
+          !group_->step->settings->gravity.isZero(0));
+}
+
+// s: when the first of these contacts bounces.
+float Impacts::first_impact(std::uint32_t begin, std::uint32_t end) const {
+  float first = core::rounded_to_float(group_->step->dt);
+  const float threshold =
+      core::rounded_to_float(group_->step->settings->solver.restitution_threshold);
+  bool any = false;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Manifold& manifold = group_->manifold(i);
+    const bool fast = manifold.approach_speed > threshold;
+    if (!(manifold.restitution > 0) || !(fast || manifold.touch_time > 0)) continue;
+    const float gap = std::max(gap_of(manifold), 0.0f);
+    const float time =
+        manifold.touch_time > 0 ? manifold.touch_time : gap / manifold.approach_speed;
+    first = std::min(first, time);
+    any = true;
+  }
+  return any ? first : 0;
+}
+
+bool Impacts::touches(std::uint32_t contact) const {
+  return gap_of(group_->manifold(contact)) <= kTouch;
+}
+
+Vec3 Impacts::way(std::uint32_t row, double time) const {
+  if (row == 0) return Vec3::Zero();
+  if (row - 1 >= group_->body_count) {
+    const IslandScratch& islands = group_->step->solver->islands;
+    return time * islands.kinematics[islands.slot[group_->body[row]] & ~kKinematicSlot].linear;
+  }
+  const Vec3& linear = group_->step->bodies->motion[group_->body[row]].linear;
+  return time * linear +
+         (0.5 * time * time / group_->step->dt) * (group_->outlook[row].linear - linear);
+}
+
+Vec3 Impacts::offset_after(std::uint32_t contact, double from, double time) const {
+  const double* offset = group_->contacts[contact].offset;
+  const std::uint32_t a = group_->row_a[contact], b = group_->row_b[contact];
+  return Vec3(offset[0], offset[1], offset[2]) +
+         ((way(b, time) - way(b, from)) - (way(a, time) - way(a, from)));
+}
+
+// N m, external.
+Vec3 Impacts::torque_on(std::uint32_t row) const {
+  return (group_->outlook[row].angular_momentum -
+          group_->step->bodies->motion[group_->body[row]].angular_momentum) /
+         group_->step->dt;
+}
+
+Impacts::Spin Impacts::spin_after(std::uint32_t row, double time) const {
+  const BodyIndex body = group_->body[row];
+  const BodyMass& mass = group_->step->bodies->mass[body];
+  const std::uint32_t flags = group_->step->bodies->flags[body];
+  const Vec3& start = group_->step->bodies->motion[body].angular_momentum;
+  const Vec3 torque = torque_on(row), momentum = start + time * torque;
+  if (flags & kIsotropic)
+    return {group_->mass[row].inv_inertia, to_float(Vec3(momentum * mass.inv_inertia_b(0, 0)))};
+  const Mat3 inverse =
+      inv_inertia_w(mass,
+                    orientation_after(time, mass, flags,
+                                      group_->step->bodies->pose[body].orientation, start, torque),
+                    flags);
+  return {rounded(inverse), to_float(Vec3(inverse * momentum))};
+}
+
+double Impacts::time_of_impacts(std::uint32_t contact) const {
+  const std::uint32_t a = group_->row_a[contact];
+  return double(impact_time_[a - 1 < group_->body_count ? a : group_->row_b[contact]]);
+}
+
+void Impacts::rebalance(std::uint32_t begin, std::uint32_t end) {
+  for (std::uint32_t row = begin; row < end; ++row) {
+    VelocityRow& velocity = group_->velocity[row];
+    if (!(velocity.struck > 0) || !flies(row)) continue;
+    const BodyIndex body = group_->body[row];
+    const BodyMotion& motion = group_->step->bodies->motion[body];
+    const auto time = double(impact_time_[row]);
+    velocity.linear = to_float(Vec3(motion.linear + (group_->outlook[row].linear - motion.linear) *
+                                                        (time / group_->step->dt)));
+    velocity.angular = spin_after(row, time).angular;
+  }
+}
+
+void Impacts::fly(std::uint32_t begin, std::uint32_t end) {
+  if (!bounces()) return;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    flown_[row] = group_->delta[row];
+    flown_from_[row] = group_->delta[row].translation;
+    const double time = row - 1 < group_->body_count ? time_of_impact(row) : -1;
+    if (time < 0) continue;
+    const BodyPose& pose = group_->step->bodies->pose[group_->body[row]];
+    const BodyPose next = pose_after(row, time);
+    flown_[row].translation = flown_from_[row] = to_float(Vec3(next.center - pose.center));
+    flown_[row].rotation = to_float(Quat(next.orientation * pose.orientation.conjugate()));
+  }
+}
+
+BodyPose Impacts::pose_after(std::uint32_t row, double time) const {
+  const BodyIndex index = group_->body[row];
+  const BodyPose& pose = group_->step->bodies->pose[index];
+  const BodyMass& mass = group_->step->bodies->mass[index];
+  const std::uint32_t flags = group_->step->bodies->flags[index];
+  const Vec3& momentum = group_->step->bodies->motion[index].angular_momentum;
+  const Ledger& ledger = group_->ledger[row];
+  const double rest = group_->step->dt - time;
+  const Vec3 impulse(ledger.impulse[0], ledger.impulse[1], ledger.impulse[2]);
+  const Vec3 spin(ledger.angular_impulse[0], ledger.angular_impulse[1], ledger.angular_impulse[2]);
+  const Vec3 torque = torque_on(row);
+  const Quat there = orientation_after(time, mass, flags, pose.orientation, momentum, torque);
+  return {pose.center + way(row, group_->step->dt) + (rest * mass.inv_mass) * impulse,
+          orientation_after(rest, mass, flags, there, momentum + time * torque + spin, torque)};
+}
+
+Vec3 Impacts::parted(std::uint32_t row) const {
+  return to_double(flown_[row].translation) - to_double(flown_from_[row]);
+}
+
+// Where nothing but contacts acts, bodies that were moved apart keep the moment of their momenta: all of the
+// island are moved by little, d = r x (v - mean v) with the r that takes the change back, which moves the
+// common centre of mass no more than parting did.
+void Impacts::balance() {
+  if (!bounces()) return;
+  std::uint32_t row = 1;
+  for (std::uint32_t i = 0; i < group_->islands.count; ++i) {
+    const std::uint32_t end = row + group_->island(i).body_count;
+    balance(row, end);
+    row = end;
+  }
+}
+
+void Impacts::balance(std::uint32_t begin, std::uint32_t end) {
+  Vec3 momentum = Vec3::Zero();
+  double total = 0;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    if (is_forced(row)) return;
+    const double mass = group_->step->bodies->mass[group_->body[row]].mass;
+    momentum += mass * to_double(group_->velocity[row].linear);
+    total += mass;
+  }
+  const Vec3 mean = momentum / total;
+  Vec3 change = Vec3::Zero();
+  Mat3 spread = Mat3::Zero();
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const double mass = group_->step->bodies->mass[group_->body[row]].mass;
+    const Vec3 v = to_double(group_->velocity[row].linear) - mean;
+    change += mass * parted(row).cross(v);
+    spread += mass * (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
+  }
+  if (change.isZero(0)) return;
+  spread += (1e-9 * spread.trace()) * Mat3::Identity();  // all along one line: none about that
+  const Vec3 r = spread.inverse() * change;
+  for (std::uint32_t row = begin; row < end; ++row) {
+    const Vec3 by = r.cross(to_double(group_->velocity[row].linear) - mean);
+    flown_[row].translation = flown_[row].translation + to_float(by);
+  }
+}
+
+}  // namespace skerry::solver
