@@ -47,7 +47,7 @@ struct IslandScratch {
   std::vector<std::uint32_t> next_body;          // [islands] into Islands::bodies
   std::vector<std::uint32_t> joints;
   std::vector<core::BodyIndex> joint_body;
-  std::vector<std::uint32_t> rows;      // all pairs, when a wake made `active` stale
+  std::vector<std::uint32_t> rows;  // all pairs, when a wake made `active` stale
   struct Cost {
     core::IslandGroup group;
     std::uint64_t cost;
