@@ -1,5 +1,5 @@
 // Bounces of free bodies at their own time within the step: when they happen, how their bodies fly there
-// and on from there, and how bodies are kept from flying into others (docs/decisions/0024).
+// and on from there, and how bodies are kept from flying into others (docs/decisions/0024, 0025).
 #pragma once
 
 #include <atomic>

@@ -172,9 +172,9 @@ TEST(Measures, contacts_of_a_pile_keep_their_law) {
   EXPECT_LT(mean.friction_mean, 0.05);
 }
 
-// A13. Five hundred bodies that meet in empty space.
-TEST(Measures, a_cloud_in_empty_space_keeps_its_momenta_and_gains_no_energy) {
-  World world(measured({0, 0, 0}));
+// Five hundred bodies that meet in empty space, every fifth with these locks.
+std::vector<BodyId> add_cloud(World& world, const AxisLocks& locks = {}) {
+  std::vector<BodyId> bodies;
   for (int i = 0; i < 500; ++i) {
     const Vec3 at(1.0 * (i % 8) - 3.5, 1.0 * (i / 8 % 8) - 3.5, 1.0 * (i / 64) - 3.5);
     const Vec3 away(std::sin(3.0 * i), std::sin(5.0 * i + 1), std::sin(7.0 * i + 2));
@@ -184,13 +184,22 @@ TEST(Measures, a_cloud_in_empty_space_keeps_its_momenta_and_gains_no_energy) {
     if (i % 4 == 3)
       shape =
           ConvexHull{.points = {{0.3, -0.2, 0.3}, {-0.3, -0.2, 0.3}, {0, -0.2, -0.4}, {0, 0.4, 0}}};
-    world.add_body({.shapes = {shape},
-                    .position = at,
-                    .linear_velocity = 3 * away - at + Vec3(0.5, 0.2, -0.1),
-                    .angular_velocity = 4 * Vec3(away.z(), away.x(), away.y()),
-                    .friction = 0.5,
-                    .restitution = 0.5});
+    BodyDesc body{.shapes = {shape},
+                  .position = at,
+                  .linear_velocity = 3 * away - at + Vec3(0.5, 0.2, -0.1),
+                  .angular_velocity = 4 * Vec3(away.z(), away.x(), away.y()),
+                  .friction = 0.5,
+                  .restitution = 0.5};
+    if (i % 5 == 0) body.locks = locks;
+    bodies.push_back(world.add_body(body));
   }
+  return bodies;
+}
+
+// A13.
+TEST(Measures, a_cloud_in_empty_space_keeps_its_momenta_and_gains_no_energy) {
+  World world(measured({0, 0, 0}));
+  add_cloud(world);
   const Measures start = world.measure();
   const Vec3 p0 = vector(start.momentum), l0 = vector(start.angular_momentum);
   double energy = start.kinetic_energy, most_gained = 0;
@@ -208,6 +217,22 @@ TEST(Measures, a_cloud_in_empty_space_keeps_its_momenta_and_gains_no_energy) {
   EXPECT_LT((vector(end.angular_momentum) - l0).norm(), 2e-3 * l0.norm());
   EXPECT_LE(most_gained, 1e-9 * start.kinetic_energy);
   EXPECT_LT(energy, 0.9 * start.kinetic_energy);
+}
+
+// Bodies of a cloud are moved apart, and back for the sake of its angular momentum, never along these.
+TEST(Measures, a_cloud_moves_no_body_along_its_locked_axes) {
+  World world(measured({0, 0, 0}));
+  const std::vector<BodyId> bodies = add_cloud(world, {.translation = {false, true, false}});
+  std::vector<Vec3> start;
+  for (const BodyId body : bodies) start.push_back(world.center_of_mass(body));
+  for (int n = 0; n < 200; ++n) world.step(1.0 / 60);
+  int moved = 0;
+  for (std::size_t i = 0; i < bodies.size(); i += 5) {
+    const Vec3 now = world.center_of_mass(bodies[i]);
+    EXPECT_EQ(now.y(), start[i].y()) << i;
+    moved += (now - start[i]).norm() > 0.1 ? 1 : 0;
+  }
+  EXPECT_GT(moved, 90);
 }
 
 // Impacts of bodies that fly keep the angular momentum to rounding, whatever their shapes.
