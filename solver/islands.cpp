@@ -292,7 +292,7 @@ class IslandBuilder {
   }
 
   void count_contacts(std::uint32_t part) {
-    std::uint32_t* const counts = &scratch_.part_counts[part * islands_.islands.size()];
+    std::uint32_t* const counts = scratch_.part_counts.data() + part * islands_.islands.size();
     for_each_run(part, [&](std::uint32_t island, std::span<const FoundContact> run) {
       counts[island] += static_cast<std::uint32_t>(run.size());
     });
@@ -300,7 +300,7 @@ class IslandBuilder {
 
   // In the order in which they were found.
   void distribute_contacts(std::uint32_t part) {
-    std::uint32_t* const next = &scratch_.part_counts[part * islands_.islands.size()];
+    std::uint32_t* const next = scratch_.part_counts.data() + part * islands_.islands.size();
     for_each_run(part, [&](std::uint32_t island, std::span<const FoundContact> run) {
       ContactRef* to = &islands_.contacts[next[island]];
       for (const FoundContact& contact : run) *to++ = contact.ref;
