@@ -32,7 +32,10 @@ constexpr double kSoftLoad = 800;  // m/s^2
 
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
-constexpr int kStrikePasses = 4, kReflectPasses = 8, kPartPasses = 4;
+constexpr int kStrikePasses = 4, kReflectPasses = 8;
+// Over contacts whose bodies would fly into each other, each by max_push_velocity times a substep at most
+// (docs/decisions/0025).
+constexpr int kPartPasses = 4;
 
 Softness soft(double hertz, double damping_ratio, double h) {
   const double omega = 2 * std::numbers::pi * hertz;
@@ -171,16 +174,18 @@ void GroupSolver::list_phases() {
     add_phase(Op::close_velocities);
     add_joint_colours(Op::close_joints);
   }
-  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
+  const bool bounces = has_bounces_.load(std::memory_order_relaxed);
+  const bool timed = bounces && joints_.empty();
+  if (timed) {
     add_colours(Op::count_pushes);
     for (int i = 0; i < kStrikePasses; ++i) add_colours(Op::strike);
     add_colours(Op::take_back);
     add_phase(Op::rebalance);
     for (int i = 0; i < kReflectPasses; ++i) add_colours(Op::reflect);
   }
-  if (has_bounces_.load(std::memory_order_relaxed)) add_colours(Op::restitute);
+  if (bounces) add_colours(Op::restitute);
   add_colours(Op::store);
-  if (has_bounces_.load(std::memory_order_relaxed) && joints_.empty()) {
+  if (timed) {
     add_phase(Op::fly);
     for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
     add_phase(Op::balance);

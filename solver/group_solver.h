@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <skerry/jobs/task_graph.h>
@@ -131,6 +132,9 @@ class GroupSolver final : public jobs::PhaseProgram {
   // Contacts in and out.
   void prepare_chunk(const Chunk& chunk);
   void take_back_chunk(const Chunk& chunk);
+  void move_to_touch(std::span<const std::uint32_t> contacts);
+  void fill_lanes(LaneInput& input, std::span<const std::uint32_t> contacts, bool full,
+                  bool impact) const;
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
   void fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact, bool impact) const;
   void fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,

@@ -1,5 +1,6 @@
 // Contacts of a group: into blocks of lanes, and what they gave to their bodies out of them.
 #include <algorithm>
+#include <span>
 
 #include "core/rounding.h"
 #include "solver/effect_watch.h"
@@ -28,35 +29,44 @@ void GroupSolver::prepare_chunk(const Chunk& chunk) {
       chunk.kind == ContactKind::points4_full || chunk.kind == ContactKind::point1_full;
   const bool foreseen = full && has_bounces_.load(std::memory_order_relaxed);
   std::byte* block = block_memory() + chunk.memory;
+  const std::uint32_t* contact = &lanes_[chunk.first_lane];
   LaneInput input;
-  std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
-      const std::uint32_t contact = lanes_[lane++];
-      if (foreseen && contact != kNone && group_.manifold(contact).touch_time > 0) {
-        const Vec3 moved =
-            impacts_.offset_after(contact, 0, double(group_.manifold(contact).touch_time));
-        for (int axis = 0; axis < 3; ++axis) group_.contacts[contact].offset[axis] = moved[axis];
-      }
-      fill_lane(input, k, contact);
-      if (full) fill_full(input, k, contact, false);
-    }
+    if (foreseen) move_to_touch({contact, kernels_->width});
+    fill_lanes(input, {contact, kernels_->width}, full, false);
     if (kernel.prepare(pass_, input, block)) impacts_.set_bounces();
+    contact += kernels_->width;
   }
 }
 
 void GroupSolver::take_back_chunk(const Chunk& chunk) {
   const auto& kernel = kernels_->kind[static_cast<std::size_t>(chunk.kind)];
   std::byte* block = block_memory() + chunk.memory;
+  const std::uint32_t* contact = &lanes_[chunk.first_lane];
   LaneInput input;
-  std::uint32_t lane = chunk.first_lane;
   for (std::uint32_t i = 0; i < chunk.count; ++i, block += kernel.block_bytes) {
-    for (std::uint32_t k = 0; k < kernels_->width; ++k) {
-      const std::uint32_t contact = lanes_[lane++];
-      fill_lane(input, k, contact);
-      fill_full(input, k, contact, true);
-    }
+    fill_lanes(input, {contact, kernels_->width}, true, true);
     kernel.take_back(pass_, input, block);
+    contact += kernels_->width;
+  }
+}
+
+// Offsets refer to the time of the manifold's geometry.
+void GroupSolver::move_to_touch(std::span<const std::uint32_t> contacts) {
+  for (const std::uint32_t contact : contacts) {
+    const float time = contact == kNone ? 0 : group_.manifold(contact).touch_time;
+    if (!(time > 0)) continue;
+    const Vec3 moved = impacts_.offset_after(contact, 0, double(time));
+    for (int axis = 0; axis < 3; ++axis) group_.contacts[contact].offset[axis] = moved[axis];
+  }
+}
+
+// `full`: of contacts that need it; `impact`: see fill_full.
+void GroupSolver::fill_lanes(LaneInput& input, std::span<const std::uint32_t> contacts, bool full,
+                             bool impact) const {
+  for (std::uint32_t lane = 0; lane < contacts.size(); ++lane) {
+    fill_lane(input, lane, contacts[lane]);
+    if (full) fill_full(input, lane, contacts[lane], impact);
   }
 }
 
