@@ -160,6 +160,13 @@ void refresh_awake(Bodies& bodies) {
   bodies.awake_stale = false;
 }
 
+Pose body_frame(const Bodies& bodies, BodyIndex body) {
+  const BodyPose& pose = bodies.pose[body];
+  // Most bodies, and then without asking for a far line of their mass.
+  if (bodies.flags[body] & kCentred) return {pose.center, pose.orientation};
+  return body_frame(pose, bodies.mass[body].local_center);
+}
+
 Pose body_frame(const BodyPose& pose, const Vec3& local_center) {
   const V3d offset = rotation(pose.orientation) * scalars(local_center);
   return {vector(scalars(pose.center) - offset), pose.orientation};

@@ -39,6 +39,7 @@ enum BodyFlag : std::uint32_t {
   kDisturbed = 1u << 17,  // fixed or kinematic, and changed by hand since the last step: wakes whom
                           // it meets
   kReloaded = 1u << 18,   // dynamic: its load was changed by hand since the last step
+  kCentred = 1u << 19,    // the centre of mass is the origin of the body frame
 };
 
 // Pose of the centre of mass; the axes are those of the body frame.
@@ -136,6 +137,8 @@ void add_force(Bodies& bodies, BodyIndex body, const Vec3& force, const Vec3& to
 // Rebuilds `awake` from the flags if stale.
 void refresh_awake(Bodies& bodies);
 
+// The pose of a body's frame.
+Pose body_frame(const Bodies& bodies, BodyIndex body);
 // The body frame's pose of a body whose centre-of-mass pose is given, and back.
 Pose body_frame(const BodyPose& pose, const Vec3& local_center);
 BodyPose center_frame(const Pose& pose, const Vec3& local_center);

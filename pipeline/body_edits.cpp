@@ -393,6 +393,7 @@ BodyId add_body(WorldData& world, const BodyDesc& body) {
   core::Bodies& bodies = world.bodies;
   const BodyIndex row = core::take_row(bodies);
   if (body.allow_sleep) bodies.flags[row] |= core::kAllowSleep;
+  if (mass.center.isZero(0)) bodies.flags[row] |= core::kCentred;
   bodies.mass[row] = mass_row(body, mass, shapes);
   bodies.as_dynamic[row] = dynamic_traits(world.settings, body, mass);
   make_type(world, row, body.type);

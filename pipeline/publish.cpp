@@ -164,8 +164,7 @@ void write_changed(WorldData& world) {
 }
 
 void write_transform(WorldData& world, BodyIndex body) {
-  world.transforms[world.row_of[body]] =
-      core::body_frame(world.bodies.pose[body], world.bodies.mass[body].local_center);
+  world.transforms[world.row_of[body]] = core::body_frame(world.bodies, body);
 }
 
 }  // namespace

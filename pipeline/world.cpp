@@ -192,8 +192,7 @@ BodyType World::type(BodyId body) const {
 Pose World::pose(BodyId body) const {
   require_idle(*impl_, "pose");
   require(*impl_, body);
-  return core::body_frame(impl_->bodies.pose[body.index],
-                          impl_->bodies.mass[body.index].local_center);
+  return core::body_frame(impl_->bodies, body.index);
 }
 Vec3 World::center_of_mass(BodyId body) const {
   require_idle(*impl_, "center_of_mass");

@@ -56,7 +56,7 @@ void refresh_rows(WorldData& world) {
     if (!bodies.is(body, core::kAlive)) continue;
     world.row_of[body] = static_cast<std::uint32_t>(world.ids.size());
     world.ids.push_back(bodies.id(body));
-    world.transforms.push_back(core::body_frame(bodies.pose[body], bodies.mass[body].local_center));
+    world.transforms.push_back(core::body_frame(bodies, body));
   }
   world.changed.clear();
   world.rows_stale = false;
