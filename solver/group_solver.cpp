@@ -30,6 +30,11 @@ constexpr double kCarryTime = 1.5;  // s
 // come to carry half at least.
 constexpr double kSoftLoad = 800;  // m/s^2
 
+// What is pressed in deeper than by this force per effective mass comes to carry more than its share, and
+// soon: corners that bear what faces should, towers that sway (docs/decisions/0029).
+constexpr double kDeepLoad = 240;       // m/s^2
+constexpr double kDeepCarryTime = 0.3;  // s
+
 // An impact reaches bodies that are this many contacts away or more, by what strikes them and by what
 // they pass on (docs/decisions/0024).
 constexpr int kStrikePasses = 4, kReflectPasses = 8;
@@ -110,7 +115,10 @@ void GroupSolver::set_constants() {
   pass_.soft = soft(hertz, settings.contact_damping_ratio, h);
   const double omega = 2 * std::numbers::pi * hertz;
   pass_.deflection = core::rounded_to_float(std::min(1 / (h * omega * omega), 1e30));
-  carry_part_ = core::rounded_to_float(std::min(1.0, group_.step->dt / kCarryTime));
+  carrying_.dt = pass_.substep * pass_.substeps;
+  carrying_.part = core::rounded_to_float(std::min(1.0, group_.step->dt / kCarryTime));
+  carrying_.deep_part = core::rounded_to_float(std::min(1.0, group_.step->dt / kDeepCarryTime));
+  carrying_.deep = core::rounded_to_float(std::min(kDeepLoad / (omega * omega), 1e30));
   unbooked_pass_ = pass_;
   unbooked_pass_.books = false;
   last_pass_ = pass_;

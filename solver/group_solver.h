@@ -17,6 +17,7 @@
 #include <skerry/jobs/task_graph.h>
 
 #include "core/step_context.h"
+#include "solver/carried_loads.h"
 #include "solver/colouring.h"
 #include "solver/contact_blocks.h"
 #include "solver/group_data.h"
@@ -142,7 +143,6 @@ class GroupSolver final : public jobs::PhaseProgram {
   void store_chunk(const Chunk& chunk);
   void book(const LaneOutput& output, std::uint32_t lane, std::uint32_t contact);
   void note_push(std::uint32_t contact, bool bounced);
-  void carry(core::Manifold& manifold, float load) const;
   void judge(std::uint32_t contact);
 
   GroupData group_;
@@ -154,8 +154,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   const ContactKernels* kernels_ = nullptr;
   ContactPass pass_, unbooked_pass_, last_pass_;
   std::uint32_t body_grain_ = 0, block_grain_ = 0;
-  // Of the way to the present load that Manifold::carried_impulse goes in a step.
-  float carry_part_ = 0;
+  Carrying carrying_;
   std::vector<Phase> phases_;
   std::uint32_t substep_ = 0;  // that phases are being listed for; in the end, how many there are
 

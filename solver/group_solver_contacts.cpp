@@ -149,16 +149,6 @@ void GroupSolver::store_chunk(const Chunk& chunk) {
   }
 }
 
-// `load`: N s of a mean point in a substep.
-void GroupSolver::carry(Manifold& manifold, float load) const {
-  manifold.begins = false;
-  manifold.pressed_time = load > 0 ? manifold.pressed_time + pass_.substep * pass_.substeps : 0;
-  const float borne =
-      stands(load, manifold.statics_impulse) ? manifold.statics_impulse : kNear * load;
-  manifold.standing_impulse += carry_part_ * (borne - manifold.standing_impulse);
-  manifold.carried_impulse += carry_part_ * (carried_of(manifold, load) - manifold.carried_impulse);
-}
-
 // Before it is booked.
 void GroupSolver::note_push(std::uint32_t index, bool bounced) {
   for (const std::uint32_t row : {group_.row_a[index], group_.row_b[index]}) {
@@ -183,7 +173,8 @@ void GroupSolver::book(const LaneOutput& output, std::uint32_t lane, std::uint32
   const bool impact = pushed && torque_row.s > kImpactSpeed;
   Manifold& manifold = group_.manifold(index);
   const float* n = manifold.normal_impulse;
-  carry(manifold, ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count));
+  carry(carrying_, ((n[0] + n[1]) + (n[2] + n[3])) / static_cast<float>(manifold.point_count),
+        manifold);
   const auto add = [&](std::uint32_t row, const Vec3& impulse, const Vec3& torque, double sign) {
     if (row - 1 >= group_.body_count) return;
     Ledger& ledger = group_.ledger[row];

@@ -566,6 +566,18 @@ TEST_P(BothSteps, a_ball_rests_on_the_surface_at_any_gravity) {
   }
 }
 
+// Each leg bears 185 times its weight, and statics does not say which bears how much.
+TEST_P(BothSteps, a_heavy_slab_does_not_press_its_four_legs_in) {
+  World world({.sleep = {.enabled = false}});
+  add_floor(world);
+  for (const double x : {-0.9, 0.9})
+    for (const double z : {-0.9, 0.9}) add_box(world, {x, 0.251, z}, {0.25, 0.25, 0.25}, 0.6, 1000);
+  add_box(world, {0, 0.71, 0}, {1.2, 0.2, 1.2}, 0.6, 4e4);
+  run(world, 6);
+  const double softer = (dt() * 60) * (dt() * 60);
+  EXPECT_LT(world.measure().penetration_max, 7e-3 * softer);
+}
+
 // Half of a stack is taken away: what is left neither jumps nor trembles.
 TEST_P(BothSteps, a_stack_stays_when_its_upper_half_is_taken_away) {
   World world({.sleep = {.enabled = false}});
