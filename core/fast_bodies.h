@@ -23,7 +23,7 @@ struct FastStart {
   BodyForce force;  // the user's
   FastFlight flight = FastFlight::free;
   double angle = 0;         // rad, about, over the step
-  double impact = 0;        // s after the start: from when on a pushed body has its final momentum
+  double impact = -1;       // s: when a pushed body got its final momentum; negative: unknown
   std::vector<Quat> knots;  // orientations between start and end, evenly spaced in time
 };
 
@@ -42,6 +42,7 @@ struct FastBodies {
   std::vector<BodyIndex> bodies;  // fast ones of this step, ascending
   std::vector<FastPair> pairs;    // of this step; ascending (a, b)
   std::vector<BodyIndex> stopped;  // those whose step was cut short, ascending
+  std::vector<BodyIndex> moved;    // these, and those that were moved with them
   std::vector<FastPair> crossed;   // a sensor's, that touched before anybody stopped; ascending
 
   void resize(std::uint32_t rows) {

@@ -14,7 +14,8 @@ struct Island {
   std::uint32_t first_body = 0, body_count = 0;        // into Islands::bodies
   std::uint32_t first_contact = 0, contact_count = 0;  // into Islands::contacts
   std::uint32_t first_joint = 0, joint_count = 0;      // into Islands::joints
-  float still_time = 0;  // s, least over its bodies; written when solved
+  float still_time = 0;   // s, least over its bodies; written when solved
+  bool isolated = false;  // nothing but contacts among its bodies acted on it; likewise
 };
 
 enum class GroupKind : std::uint8_t {

@@ -175,10 +175,8 @@ void write_transforms(WorldData& world, jobs::IndexRange groups, jobs::Task&) {
 
 void stop_fast(WorldData& world, jobs::IndexRange, jobs::Task& task) {
   collision::order_impacts(world.context, task);
-  for (const BodyIndex body : world.fast.stopped) {
-    solver::stop_at_impact(world.context, body);
-    write_transform(world, body);
-  }
+  solver::stop_at_impacts(world.context);
+  for (const BodyIndex body : world.fast.moved) write_transform(world, body);
 }
 
 void collect_end_events(WorldData& world, std::vector<ContactEvent>& events) {

@@ -111,7 +111,7 @@ jobs::TaskGraph describe_step() {
   stage("write_transforms", Per::island_group,   own<write_transforms>,              {poses, masses, flags, islands},               {transforms});
   stage("find_fast",        Per::step,           room<collision::find_fast>,         {poses, velocities, flags, pairs, shapes, bounds, tree, awake_set, joints}, {sweeps});
   stage("sweep_fast",       Per::fast_pair,      room<collision::sweep_fast>,        {poses, velocities, flags, shapes},            {sweeps});
-  stage("stop_fast",        Per::step,           own<stop_fast>,                     {sweeps, shapes, masses, awake_set},           {poses, velocities, flags, transforms});
+  stage("stop_fast",        Per::step,           own<stop_fast>,                     {sweeps, shapes, masses, awake_set, islands},  {poses, velocities, flags, transforms});
   stage("sleep",            Per::step,           room<solver::update_sleep>,         {islands},                                     {awake_set, velocities, flags});
   stage("publish",          Per::step,           own<publish>,                       {transforms, contacts, pairs, poses, masses, shapes, islands, sweeps}, {events, snapshot, pairs, joints, awake_set, velocities, flags});
   // clang-format on

@@ -76,7 +76,7 @@ void FastWatch::finish(core::FastFlight flight, double impact) {
   start.motion = motion_;
   start.force = flags & core::kForced ? step_.bodies->force[body_] : core::BodyForce{};
   start.flight = flight;
-  start.impact = std::max(impact, 0.0);
+  start.impact = impact;
   if (fast) note_turn(start, impact);
 }
 
@@ -84,7 +84,7 @@ Quat pushed_orientation(const core::StepContext& step, core::BodyIndex body,
                         const core::FastStart& start, double time) {
   const core::BodyMass& mass = step.bodies->mass[body];
   const std::uint32_t flags = step.bodies->flags[body];
-  const double before = std::min(time, start.impact);
+  const double before = std::min(time, std::max(start.impact, 0.0));
   Quat q = start.pose.orientation;
   if (before > 0)
     q = orientation_after(before, mass, flags, q, start.motion.angular_momentum, Vec3::Zero());

@@ -69,6 +69,7 @@ void GroupSolver::begin(const StepContext& step, const IslandGroup& group,
   if (rests) loads_.share();
   make_rows();
   impacts_.begin(group_, has_bounces_.load(std::memory_order_relaxed));
+  balance_.begin(group_, impacts_);
   set_constants();
   colouring_.run(group_.row_a.data(), group_.row_b.data(), group_.contact_count, pass_.dynamic_end);
   bucket_contacts();
@@ -193,11 +194,12 @@ void GroupSolver::list_phases() {
   }
   if (bounces) add_colours(Op::restitute);
   add_colours(Op::store);
+  if (balance_.acts()) add_phase(Op::lessen);
   if (timed) {
     add_phase(Op::fly);
     for (int i = 0; i < kPartPasses; ++i) add_colours(Op::part);
-    add_phase(Op::balance);
   }
+  if (balance_.acts()) add_phase(Op::settle);
   add_phase(Op::store_joints);
   add_phase(Op::finish);
 }
@@ -229,8 +231,10 @@ void GroupSolver::run_block(std::uint32_t phase, std::uint32_t block, std::uint3
       return impacts_.rebalance(std::max(begin, 1u), std::min(end, pass_.dynamic_end));
     case Op::fly:
       return impacts_.fly(begin, std::min(end, group_.row_count));
-    case Op::balance:
-      return impacts_.balance();
+    case Op::lessen:
+      return balance_.lessen();
+    case Op::settle:
+      return balance_.settle();
     case Op::finish:
       return finish_rows(begin, std::min(end, pass_.dynamic_end));
     case Op::prepare_joints:

@@ -17,6 +17,7 @@
 #include <skerry/jobs/task_graph.h>
 
 #include "core/step_context.h"
+#include "solver/balance.h"
 #include "solver/carried_loads.h"
 #include "solver/colouring.h"
 #include "solver/contact_blocks.h"
@@ -64,8 +65,9 @@ class GroupSolver final : public jobs::PhaseProgram {
     restitute,
     fly,
     part,
-    balance,
+    settle,
     store,
+    lessen,
     store_joints,
     close_velocities,
     close_joints,
@@ -148,6 +150,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   GroupData group_;
   IslandLoads loads_;
   Impacts impacts_;
+  Balance balance_;
   JointBatch joints_;
 
   // Phases, and the constants of their kernels.

@@ -161,7 +161,12 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
       watch.finish(FastFlight::joined);
     } else if (!ledger.pushed && !from_rows) {
       fly_free(*group_.step, group_.body[row]);  // near others, but nothing touched it
-      watch.finish(FastFlight::free);
+      if (balance_.is_idle() || balance_.shift(row).isZero(0)) {
+        watch.finish(FastFlight::free);
+      } else {
+        group_.step->bodies->pose[group_.body[row]].center += balance_.shift(row);
+        watch.finish(FastFlight::pushed, 0);
+      }
     } else {
       finish_body(row);
       if (from_rows) {
@@ -172,8 +177,7 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
         effect.finish_balanced(push, spin, mass * (outlook.linear - before.linear),
                                outlook.angular_momentum - before.angular_momentum);
       }
-      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed,
-                   impacts_.time_of_impact(row));
+      watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed, balance_.time_of_turn(row));
     }
   }
 }
@@ -233,7 +237,11 @@ void GroupSolver::finish_body(std::uint32_t row) {
     go_by_substeps(row, after.linear, spin, next);
   else
     next = impacts_.pose_after(row, impact);
-  if (impacts_.timed()) next.center += impacts_.parted(row);
+  if (!balance_.is_idle()) {
+    if (impact < 0 && balance_.time_of_turn(row) >= 0)
+      next.orientation = impacts_.pose_after(row, balance_.time_of_turn(row)).orientation;
+    next.center += balance_.shift(row);
+  }
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);

@@ -187,44 +187,4 @@ Vec3 Impacts::parted(std::uint32_t row) const {
   return to_double(flown_[row].translation) - to_double(flown_from_[row]);
 }
 
-// Where nothing but contacts acts and no axis is locked, bodies that were moved apart keep the moment of their momenta: all of the
-// island are moved by little, d = r x (v - mean v) with the r that takes the change back, which moves the
-// common centre of mass no more than parting did.
-void Impacts::balance() {
-  if (!bounces()) return;
-  std::uint32_t row = 1;
-  for (std::uint32_t i = 0; i < group_->islands.count; ++i) {
-    const std::uint32_t end = row + group_->island(i).body_count;
-    balance(row, end);
-    row = end;
-  }
-}
-
-void Impacts::balance(std::uint32_t begin, std::uint32_t end) {
-  Vec3 momentum = Vec3::Zero();
-  double total = 0;
-  for (std::uint32_t row = begin; row < end; ++row) {
-    if (is_forced(row) || group_->mass[row].lock_flags != 0) return;
-    const double mass = group_->step->bodies->mass[group_->body[row]].mass;
-    momentum += mass * to_double(group_->velocity[row].linear);
-    total += mass;
-  }
-  const Vec3 mean = momentum / total;
-  Vec3 change = Vec3::Zero();
-  Mat3 spread = Mat3::Zero();
-  for (std::uint32_t row = begin; row < end; ++row) {
-    const double mass = group_->step->bodies->mass[group_->body[row]].mass;
-    const Vec3 v = to_double(group_->velocity[row].linear) - mean;
-    change += mass * parted(row).cross(v);
-    spread += mass * (v.squaredNorm() * Mat3::Identity() - v * v.transpose());
-  }
-  if (change.isZero(0) || !change.allFinite() || !spread.allFinite()) return;
-  spread += (1e-9 * spread.trace()) * Mat3::Identity();  // all along one line: none about that
-  const Vec3 r = spread.inverse() * change;
-  for (std::uint32_t row = begin; row < end; ++row) {
-    const Vec3 by = r.cross(to_double(group_->velocity[row].linear) - mean);
-    flown_[row].translation = flown_[row].translation + to_float(by);
-  }
-}
-
 }  // namespace skerry::solver

@@ -47,8 +47,6 @@ class Impacts {
   // After contacts are booked: where bodies come that fly to their impacts and on.
   void fly(std::uint32_t begin, std::uint32_t end);
   DeltaRow* flown() { return flown_.data(); }
-  // After bodies were parted: islands on which nothing but contacts acts keep the moment of their momenta.
-  void balance();
   // Where a body comes that flies freely to its impact, and on from it.
   core::BodyPose pose_after(std::uint32_t row, double time) const;
   // m: how far the body has been moved away from others that it would have flown into.
@@ -59,7 +57,6 @@ class Impacts {
   bool is_forced(std::uint32_t row) const;
   float first_impact(std::uint32_t begin, std::uint32_t end) const;
   Vec3 torque_on(std::uint32_t row) const;
-  void balance(std::uint32_t begin, std::uint32_t end);
 
   GroupData* group_ = nullptr;
   std::atomic<bool> bounces_ = false;

@@ -9,6 +9,7 @@
 #include "solver/contact_blocks.h"
 #include "solver/disjoint_sets.h"
 #include "solver/group_solver.h"
+#include "solver/moment_shift.h"
 #include "solver/penalty_solver.h"
 #include "solver/pgs_solver.h"
 #include "solver/solve_islands.h"
@@ -64,7 +65,9 @@ class SolverScratch {
   std::vector<PgsSolver> pgs;          // [worker]
   std::vector<PenaltySolver> penalty;  // [worker]
   const ContactKernels* kernels = best_kernels();
-  bool never_wide = false;  // for tests: large islands take the packed path
+  MomentShift moment;                        // of stop_at_impacts
+  std::vector<MomentChange> moment_changes;  // likewise
+  bool never_wide = false;                   // for tests: large islands take the packed path
   bool always_wide = false;
 };
 
