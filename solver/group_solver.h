@@ -137,6 +137,7 @@ class GroupSolver final : public jobs::PhaseProgram {
                   bool impact) const;
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
   void fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact, bool impact) const;
+  float gap_at_touch(std::uint32_t contact, std::uint32_t point) const;
   void fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
                  double time) const;
   void store_chunk(const Chunk& chunk);

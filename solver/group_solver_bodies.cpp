@@ -233,7 +233,10 @@ void GroupSolver::finish_body(std::uint32_t row) {
     go_by_substeps(row, after.linear, spin, next);
   else
     next = impacts_.pose_after(row, impact);
-  if (impacts_.timed()) next.center += impacts_.parted(row);
+  if (impacts_.timed()) {
+    next.center += impacts_.parted(row);
+    if (!outlook.from_rows) impacts_.pay_for_parting(row, next.orientation, after);
+  }
   after.angular = outlook.from_rows
                       ? spin
                       : angular_velocity(mass, flags, next.orientation, after.angular_momentum);
