@@ -133,7 +133,8 @@ void store(const StepContext& step, const ApartPairs& known, ContactPair& pair, 
   float time = 0;
   if (may_bounce(step, pair)) {
     TouchForecast forecast(step, pair, linear, angular);
-    if (forecast.expects(patches)) time = forecast.find(collide, patches);
+    if (forecast.expects(patches))
+      time = forecast.find(collide, patches, step.contacts->touch_gaps[pair.first_manifold]);
   }
   store_patches(step, pair, patches, linear, angular);
   if (pair.manifold_count == 0)

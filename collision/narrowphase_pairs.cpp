@@ -596,7 +596,7 @@ bool store_bounce(const StepContext& step, core::ContactPair& pair, const V3f& n
         const V3f n = direction(there, {0, 1, 0});
         put(n, dot(there, n) - radii, then);
       },
-      patches);
+      patches, step.contacts->touch_gaps[pair.first_manifold]);
   store_patches(step, pair, patches, velocity, {0, 0, 0});
   step.contacts->manifolds[pair.first_manifold].touch_time = time;
   return true;

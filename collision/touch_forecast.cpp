@@ -17,6 +17,7 @@ namespace {
 constexpr float kNever = 3e38f;
 // m: a smaller gap is a touch. The solver counts it as none.
 constexpr float kTouch = 1e-5f;
+constexpr float kClose = 2e-3f;  // m
 // Inner radii of the smaller body.
 constexpr float kFar = 4;
 // Rounding of places, as a part of the distance of the two centres.
@@ -79,6 +80,8 @@ TouchForecast::TouchForecast(const StepContext& step, const core::ContactPair& p
       angular_(angular),
       acceleration_(
           core::to_float(Vec3(gravity_on(step, pair.body_b) - gravity_on(step, pair.body_a)))),
+      restitution_(
+          core::combined_restitution(step.colliders->rows[pair.a], step.colliders->rows[pair.b])),
       dt_(core::rounded_to_float(step.dt)) {}
 
 bool may_bounce(const StepContext& step, const core::ContactPair& pair) {
@@ -91,8 +94,28 @@ bool may_bounce(const StepContext& step, const core::ContactPair& pair) {
 bool TouchForecast::expects(const PatchSet& patches) const {
   if (patches.count != 1 || patches.patch[0].count == 0 || is_far()) return false;
   const Meeting first = meeting(patches.patch[0], linear_, angular_);
-  return first.separation > kTouch &&
-         first.time<dt_&& double(-first.speed)> step_.settings->solver.restitution_threshold;
+  if (!(first.separation > kTouch)) return false;
+  const float slowest = core::slowest_bounce(
+      core::rounded_to_float(step_.settings->solver.restitution_threshold), restitution_);
+  if (first.time < dt_ && -first.speed > slowest) return true;
+  return bends_to(patches.patch[0], slowest);
+}
+
+// Whether a point that would not arrive on a straight way may do so on one that turns.
+bool TouchForecast::bends_to(const ContactPatch& patch, float slowest) const {
+  const auto turn = [this](core::ColliderIndex collider, BodyIndex body) {
+    const auto squared = core::rounded_to_float(step_.bodies->motion[body].angular.squaredNorm());
+    return squared * step_.colliders->rows[collider].turn_radius;
+  };
+  const float bend = turn(pair_.a, pair_.body_a) + turn(pair_.b, pair_.body_b);
+  if (!(bend > 0)) return false;
+  const float pull = std::min(dot(patch.normal, acceleration_), 0.0f) - bend;
+  for (std::uint32_t i = 0; i < patch.count; ++i) {
+    const float vn = dot(patch.normal, linear_ + cross(angular_, patch.points[i].position));
+    const float gap = patch.points[i].separation + (vn + 0.5f * pull * dt_) * dt_;
+    if (gap < 0 && -(vn + pull * dt_) > slowest) return true;
+  }
+  return false;
 }
 
 // Whether they move on by so much in the step that what is between them now says little of where they touch.
@@ -101,7 +124,9 @@ bool TouchForecast::is_far() const {
     return step_.bodies->is(body, core::kDynamic) ? step_.bodies->mass[body].inner_radius : kNever;
   };
   const float far = kFar * std::min(radius(pair_.body_a), radius(pair_.body_b));
-  return dot(linear_, linear_) * dt_ * dt_ > far * far;
+  const V3f speed = core::to_float(
+      Vec3(step_.bodies->motion[pair_.body_b].linear - step_.bodies->motion[pair_.body_a].linear));
+  return dot(speed, speed) * dt_ * dt_ > far * far;
 }
 
 TouchForecast::Meeting TouchForecast::meeting(const ContactPatch& patch, const V3f& linear,
@@ -127,7 +152,7 @@ TouchForecast::Meeting TouchForecast::meeting(const ContactPatch& patch, const V
 }
 
 void TouchForecast::begin(const ContactPatch& patch) {
-  time_ = meeting(patch, linear_, angular_).time;
+  time_ = std::min(meeting(patch, linear_, angular_).time, dt_);
 }
 
 // Whether this is the time; else goes to the next.
@@ -149,7 +174,15 @@ bool TouchForecast::arrives(const PairAt& at, const ContactPatch& patch) {
   return false;
 }
 
-void TouchForecast::carry_back(const PairAt& at, ContactPatch& patch) const {
+// Whether they touch, more or less: a gap may jump where other features come to face each other.
+bool TouchForecast::is_close(const ContactPatch& patch) {
+  float gap = kNever;
+  for (std::uint32_t i = 0; i < patch.count; ++i) gap = std::min(gap, patch.points[i].separation);
+  return std::fabs(gap) < kClose;
+}
+
+void TouchForecast::carry_back(const PairAt& at, ContactPatch& patch,
+                               std::array<float, 4>& gaps) const {
   const core::BodyPose& a = step_.bodies->pose[pair_.body_a];
   const core::BodyPose& b = step_.bodies->pose[pair_.body_b];
   const Vec3 n = core::to_double(patch.normal), between = at.b.pose.center - at.a.pose.center;
@@ -158,6 +191,7 @@ void TouchForecast::carry_back(const PairAt& at, ContactPatch& patch) const {
   const auto round_b = double(rounding(step_, pair_.b, at.b.pose.orientation, patch.normal));
   for (std::uint32_t i = 0; i < patch.count; ++i) {
     ContactPoint& point = patch.points[i];
+    gaps[i] = point.separation;
     const Vec3 arm = core::to_double(point.position);
     point.separation -= moved(b, at.b.pose, arm - between + round_b * n, n) -
                         moved(a, at.a.pose, arm - round_a * n, n);

@@ -6,6 +6,8 @@
 //   Threads  pure functions; pairs are independent.
 #pragma once
 
+#include <array>
+
 #include "collision/narrowphase_pairs.h"
 
 namespace skerry::collision {
@@ -44,19 +46,21 @@ class TouchForecast {
   // Goes from one meeting to the next until the two touch, or pass each other, and puts their contact
   // of then in the place of `patches`, separations carried back to the start of the step; none, if they
   // are out of each other's reach. `collide` (const PairAt&, PatchSet&) finds it at a time. Returns the
-  // time, s; 0, and nothing done, if it cannot be found.
+  // time, s; 0, and nothing done, if it cannot be found. `gaps`: m, the separations of then.
   template <class Collide>
-  float find(const Collide& collide, PatchSet& patches) {
+  float find(const Collide& collide, PatchSet& patches, std::array<float, 4>& gaps) {
     begin(patches.patch[0]);
     for (int round = 0; round < kRounds; ++round) {
-      const PairAt at = pair_at(step_, pair_, time_);
+      const float time = time_;
+      const PairAt at = pair_at(step_, pair_, time);
       PatchSet then;
       collide(at, then);
       const bool apart = then.count == 0 || then.patch[0].count == 0;
-      if (!apart && !arrives(at, then.patch[0])) continue;
-      if (!apart) carry_back(at, then.patch[0]);
+      const bool there = apart || arrives(at, then.patch[0]);
+      if (!there && (round + 1 < kRounds || !is_close(then.patch[0]))) continue;
+      if (!apart) carry_back(at, then.patch[0], gaps);
       patches = then;
-      return time_;
+      return time;
     }
     return 0;
   }
@@ -64,6 +68,7 @@ class TouchForecast {
  private:
   static constexpr int kRounds = 10;
   bool is_far() const;
+  bool bends_to(const ContactPatch& patch, float slowest) const;
   // The point that touches first, and when.
   struct Meeting {
     float time, separation, speed;  // s from then; m; m/s of departure
@@ -71,11 +76,13 @@ class TouchForecast {
   Meeting meeting(const ContactPatch& patch, const V3f& linear, const V3f& angular) const;
   void begin(const ContactPatch& patch);
   bool arrives(const PairAt& at, const ContactPatch& patch);
-  void carry_back(const PairAt& at, ContactPatch& patch) const;
+  static bool is_close(const ContactPatch& patch);
+  void carry_back(const PairAt& at, ContactPatch& patch, std::array<float, 4>& gaps) const;
 
   const StepContext& step_;
   const core::ContactPair& pair_;
   V3f linear_, angular_, acceleration_;
+  float restitution_;
   float dt_, time_ = 0, before_ = 0;  // s; before_: they were apart
 };
 

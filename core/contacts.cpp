@@ -20,6 +20,7 @@ std::uint32_t take_manifolds(ContactTable& table, std::uint32_t capacity) {
     const auto first = static_cast<std::uint32_t>(table.manifolds.size());
     table.manifolds.resize(first + capacity);
     table.apart_until.resize(first + capacity, 0);
+    table.touch_gaps.resize(first + capacity);
     return first;
   }
   const std::uint32_t first = rows.back();

@@ -1,6 +1,8 @@
 // Pairs of colliders whose bounds overlap, and their contact manifolds.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -108,6 +110,8 @@ struct ContactTable {
   std::vector<Manifold> manifolds;  // pool; a pair's manifolds are consecutive
   // Of pairs with a hull, in the row of the first manifold; shorter than `manifolds` may be.
   std::vector<PolytopeMemory> polytope_memory;
+  // [manifolds]: m, separations of the points at Manifold::touch_time, where that is not 0.
+  std::vector<std::array<float, 4>> touch_gaps;
   // [manifolds], likewise: m, up to which the ways of the two bodies may add up (collision::Travels)
   // before the pair can have a contact; 0 for a new pair.
   std::vector<double> apart_until;
@@ -126,6 +130,11 @@ void take_memory(ContactTable& table, std::uint32_t first_manifold);
 void give_manifolds(ContactTable& table, std::uint32_t first, std::uint32_t capacity);
 
 float combined_restitution(const Collider& a, const Collider& b);
+// m/s: approaches of bodies in flight that are slower do not bounce. `threshold`: of the settings. The bounces
+// that would follow get fewer by 1 - restitution each: without a loss they go on for ever.
+inline float slowest_bounce(float threshold, float restitution) {
+  return threshold * std::max(0.0f, std::min(1.0f, 2 * (1 - restitution)));
+}
 // Combines the materials of a pair (see skerry::Material) into its manifolds.
 void set_materials(ContactTable& table, const ContactPair& pair, const Collider& a,
                    const Collider& b);

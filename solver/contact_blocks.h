@@ -97,6 +97,8 @@ struct alignas(64) LaneInput {
   float inertia_a[6][kMaxWidth], inertia_b[6][kMaxWidth];
   float angular_a[3][kMaxWidth], angular_b[3][kMaxWidth];
   float touch[kMaxWidth];
+  float gap[4][kMaxWidth];   // m, separations of the points at that time
+  float slowest[kMaxWidth];  // m/s: slower approaches do not bounce
   // Of take_back alone: m, how much farther b is from a when impacts among several happen; above 0 if one
   // of them does not fly freely until then.
   float shift[3][kMaxWidth];
@@ -178,8 +180,9 @@ struct FullLanes<W, P, true> {
   Lanes<W> acceleration;    // m/s^2, relative, external, along the normal
   Lanes<W> rolling_inverse[3], rolling_slide_mass;
   Lanes<W> rolling_impulse[2], rolling_coefficient, rolling_sum[2];
-  Lanes<W> touch, angular_a[3], angular_b[3];  // see LaneInput
-  Lanes<W> bounced;                            // 1: at that time
+  Lanes<W> touch, gap[P], slowest, angular_a[3], angular_b[3];  // see LaneInput
+  Lanes<W> restitution;
+  Lanes<W> bounced;  // 1: at that time
 };
 
 template <int W, int P, bool kFull>

@@ -1,31 +1,105 @@
 // Contacts that bounce, and impacts among several bodies. Part of KernelsOf in contact_kernels.inl, which
 // says what holds here.
 
-// Newton restitution at points that pushed in this step, those that do not bounce held. No point
-// is first, or what lands flat would rebound spinning. Friction within what the normals will be,
-// then the normals: in this order neither can gain energy from the other.
+// What a bounce asks of the points. The impulses so far are those of the whole step: where a
+// point's blow came from the fall of another that now rebounds, it is taken back.
+template <int P>
+struct Bounce {
+  Wanted<P> wanted;
+  F points;  // how many take part
+  M any;     // of them bounces
+};
+
+// Newton restitution. A contact whose time is known goes from blow to blow of its points; another gives
+// all points that pushed in this step their speeds at once, those that do not bounce held.
 template <int P>
 SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, true>& block) {
-  constexpr int kRows = P > 1 ? 3 : 2;
   const F none = zero();
   Marked body_a = gather_marked(pass, block.row_a), body_b = gather_marked(pass, block.row_b);
   const Frame<P, true> f = load_frame(block);
-  F s[P], drag[kRows];
-  separations(pass, block, f, s);
   const M timed = L::both(is_timed(block), any_bounces(block));
   start_anew(block, timed);
-  const Bounce<P> bounce = bounce_of(block, s);
+  F s[P];
+  separations(pass, block, f, s);
+  Bounce<P> bounce = bounce_of(block, s);
   if (!L::any(bounce.any)) return;
+  const M bounces = bounce.any, flies = L::both(timed, bounces);
   Velocity a, b;
   velocities_at_touch(pass, block, a, b);
   V roll =
       add(mul(f.t1, load(block.full.rolling_sum[0])), mul(f.t2, load(block.full.rolling_sum[1])));
   if constexpr (P == 1) roll = add(roll, mul(f.n, load(block.friction.twist)));
   apply(block, f.ca, f.cb, {none, none, none}, roll, a, b);
-  a = select(timed, a, body_a.v);
-  b = select(timed, b, body_b.v);
+  a = select(flies, a, body_a.v);
+  b = select(flies, b, body_b.v);
+  F rest = L::set(pass.substep * pass.substeps) - load(block.full.touch);
+  const F after = L::select(flies, rest, none);
+  for (int i = 0; i < kBlows; ++i) {
+    next_blow(block, f, flies, a, b, rest, bounce);
+    if (!L::any(bounce.any)) break;
+    blow(pass, block, f, flies, bounce, a, b);
+    bounce.any = L::less(L::set(1.0f), none);  // those whose time is not known have only one
+  }
+  a.linear = add(a.linear, mul(gather_acceleration(pass, block.row_a), after));
+  b.linear = add(b.linear, mul(gather_acceleration(pass, block.row_b), after));
+  body_a.v = select(bounces, a, body_a.v);
+  body_b.v = select(bounces, b, body_b.v);
+  scatter_marked(pass, block.row_a, body_a);
+  scatter_marked(pass, block.row_b, body_b);
+}
+
+static constexpr int kBlows = 8;          // of a contact in a step; what is left is the next one's
+static constexpr float kAlready = 2e-5f;  // m: a point this near touches
+static constexpr float kStill = 1e-4f;    // m/s: so slow a point takes no part in a blow
+
+// The blow that follows, in contacts `timed`: of the points that arrive first, if they do so in the rest of
+// the step (s), as they go on straight. They depart by their restitution together, and the rest passes.
+template <int P>
+SKERRY_LANE void next_blow(ContactBlock<W, P, true>& block, const Frame<P, true>& f, const M& timed,
+                           const Velocity& a, const Velocity& b, F& rest, Bounce<P>& bounce) {
+  const F none = zero(), one = L::set(1.0f), never = L::set(kNoMeeting);
+  V linear, angular;
+  relative_velocity(f, a, b, linear, angular);
+  F vn[P], arrival[P];
+  point_velocities(block, f, linear, angular, vn);
+  F first = never;
+  for (int i = 0; i < P; ++i) {
+    const F gap = load(block.full.gap[i]);
+    const M comes =
+        L::both(L::less(none, load(block.points.mass[i])), L::less(vn[i], L::set(-kStill)));
+    const F far = L::select(L::less(L::set(kAlready), gap), gap, none);
+    arrival[i] = L::select(comes, far / L::select(comes, none - vn[i], one), never);
+    first = L::min(first, arrival[i]);
+  }
+  const M happens = L::both(timed, L::less(first, rest + L::set(1e-9f)));
+  F points = none;
+  for (int i = 0; i < P; ++i) {
+    const F gap = load(block.full.gap[i]) + vn[i] * L::min(first, rest);
+    const M takes_part =
+        L::both(happens, L::both(L::less(arrival[i], never), L::less(gap, L::set(kAlready))));
+    const M fast = L::less(vn[i], none - load(block.full.slowest));
+    const F kept = L::select(fast, load(block.full.restitution), none);
+    Wanted<P>& w = bounce.wanted;
+    w.bias[i] = L::select(takes_part, vn[i] * kept, L::select(timed, never, w.bias[i]));
+    w.old[i] = L::select(timed, none, w.old[i]);
+    points = points + L::select(takes_part, one, none);
+    store(L::select(happens, gap, load(block.full.gap[i])), block.full.gap[i]);
+  }
+  bounce.points = L::select(timed, points, bounce.points);
+  bounce.any = L::either(happens, L::both(bounce.any, L::less(load(block.full.bounced), one)));
+  rest = L::select(happens, rest - first, rest);
+}
+
+// No point is first, or what lands flat would rebound spinning. Friction within what the normals will be,
+// then the normals: in this order neither can gain energy from the other.
+template <int P>
+SKERRY_LANE void blow(const ContactPass& pass, ContactBlock<W, P, true>& block,
+                      const Frame<P, true>& f, const M& timed, const Bounce<P>& bounce, Velocity& a,
+                      Velocity& b) {
+  constexpr int kRows = P > 1 ? 3 : 2;
+  const F none = zero();
   V linear, angular, push = {none, none, none}, torque = push;
-  F vn[P], impulse[P];
+  F vn[P], impulse[P], drag[kRows];
   relative_velocity(f, a, b, linear, angular);
   point_velocities(block, f, linear, angular, vn);
   solve_bounce(block, bounce, vn, impulse);
@@ -39,6 +113,7 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   point_velocities(block, f, linear, angular, vn);
   solve_bounce(block, bounce, vn, impulse);
   for (int i = 0; i < P; ++i) impulse[i] = impulse[i] - bounce.wanted.old[i];
+  if constexpr (P > 1) rescale(block, timed, bounce.wanted, vn, impulse);
   bound_energy(pass, block, timed, vn, impulse);
   for (int i = 0; i < P; ++i) {
     accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
@@ -51,14 +126,8 @@ SKERRY_LANE void restitute_block(const ContactPass& pass, ContactBlock<W, P, tru
   torque = {none, none, none};
   if constexpr (P > 1) torque = add(mul(f.t1, sum.torque1), mul(f.t2, sum.torque2));
   apply(block, f.ca, f.cb, mul(f.n, sum.push), torque, next_a, next_b);
-  const F rest =
-      L::select(timed, L::set(pass.substep * pass.substeps) - load(block.full.touch), none);
-  next_a.linear = add(next_a.linear, mul(gather_acceleration(pass, block.row_a), rest));
-  next_b.linear = add(next_b.linear, mul(gather_acceleration(pass, block.row_b), rest));
-  body_a.v = select(bounce.any, next_a, body_a.v);
-  body_b.v = select(bounce.any, next_b, body_b.v);
-  scatter_marked(pass, block.row_a, body_a);
-  scatter_marked(pass, block.row_b, body_b);
+  a = select(bounce.any, next_a, a);
+  b = select(bounce.any, next_b, b);
 }
 
 template <int P>
@@ -76,7 +145,27 @@ SKERRY_LANE void start_anew(ContactBlock<W, P, true>& block, const M& timed) {
   const F none = zero();
   for (auto& sum : block.friction.normal_sum) store(L::select(timed, none, load(sum)), sum);
   for (auto& sum : block.friction.sum) store(L::select(timed, none, load(sum)), sum);
+  for (auto& last : block.points.impulse) store(L::select(timed, none, load(last)), last);
   store(L::select(timed, L::set(1.0f), none), block.full.bounced);
+}
+
+// Impulses of few rounds give the points their speeds nearly. All of a blow are lessened or raised together
+// to what lets the points depart, weighed by their impulses, as they are to.
+template <int P, bool kFull>
+SKERRY_LANE void rescale(const ContactBlock<W, P, kFull>& block, const M& where,
+                         const Wanted<P>& wanted, const F* vn, F* change) {
+  const F none = zero(), one = L::set(1.0f);
+  F asked = none, given = none;
+  for (int i = 0; i < P; ++i) {
+    F by = inverse_or_zero(load(block.points.mass[i])) * change[i];
+    for (int j = 0; j < P; ++j)
+      if (j != i) by = by + load(block.points.coupling[slot_of(i, j)]) * change[j];
+    given = given + change[i] * by;
+    asked = asked - change[i] * (vn[i] + wanted.bias[i]);
+  }
+  const M some = L::both(where, L::both(L::less(none, asked), L::less(none, given)));
+  const F part = L::select(some, asked / L::select(some, given, one), one);
+  for (int i = 0; i < P; ++i) change[i] = change[i] * part;
 }
 
 // A point that moved off at first and was pressed by the turn that another gave the body would be stopped
@@ -93,7 +182,7 @@ SKERRY_LANE void bound_energy(const ContactPass& pass, const ContactBlock<W, P, 
   const F pulled = L::select(timed, none, gained);
   F given[P], total[P];
   for (int i = 0; i < P; ++i) {
-    given[i] = load(block.friction.normal_sum[i]);
+    given[i] = L::select(timed, none, load(block.friction.normal_sum[i]));
     total[i] = given[i] + change[i];
   }
   F taken = none, back = none;
@@ -116,14 +205,6 @@ SKERRY_LANE void bound_energy(const ContactPass& pass, const ContactBlock<W, P, 
   for (int i = 0; i < P; ++i) change[i] = L::select(gains, total[i] * part - given[i], change[i]);
 }
 
-// What a bounce asks of the points. The impulses so far are those of the whole step: where a
-// point's blow came from the fall of another that now rebounds, it is taken back.
-template <int P>
-struct Bounce {
-  Wanted<P> wanted;
-  F points;  // how many take part
-  M any;     // of them bounces
-};
 // The speed wanted is that of the free flight at touch, carried to where the point is now along the
 // parabola; not below the surface, where a body that rests under a great load would be thrown up in
 // every step.
@@ -241,6 +322,9 @@ static void take_back(const ContactPass& pass, const LaneInput& input, void* mem
     if constexpr (kFull)
       store(L::select(struck, none, load(block.full.bounce[i])), block.full.bounce[i]);
   }
+  const M bears = L::less(none, rests);
+  a.pushes = L::select(bears, L::set(kBearing), a.pushes);
+  b.pushes = L::select(bears, L::set(kBearing), b.pushes);
   const F kept = L::select(struck, rests / L::select(struck, all, one), one);
   const auto lessen = [&](Lanes<W>& given) {
     const F before = load(given), after = before * kept;
@@ -296,7 +380,9 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   relative_velocity(f, a.v, b.v, linear, angular);
   F vn[P], impulse[P];
   point_velocities(block, f, linear, angular, vn);
-  const F none = zero(), one = L::set(1.0f), threshold = L::set(-pass.restitution_threshold);
+  const F none = zero(), one = L::set(1.0f);
+  F threshold = none;
+  if constexpr (kFull) threshold = none - load(block.full.slowest);
   const F factor = load(block.carried);
   Bounce<P> bounce;
   bounce.points = none;
@@ -312,6 +398,7 @@ SKERRY_LANE void reflect_block(const ContactPass& pass, ContactBlock<W, P, kFull
   bounce.any = L::less(none, bounce.points);
   if (!L::any(bounce.any)) return;
   solve_bounce(block, bounce, vn, impulse);
+  if constexpr (P > 1) rescale(block, bounce.any, bounce.wanted, vn, impulse);
   for (int i = 0; i < P; ++i) accumulate(block.friction.normal_sum[i], impulse[i], bounce.any);
   const NormalSum sum = sum_of(block, impulse);
   auto& friction = block.friction;
@@ -345,8 +432,11 @@ SKERRY_LANE void part_block(const ContactPass& pass, const ContactBlock<W, P, kF
   const V n = load3(block.normal);
   const F heavy = inverse_or_zero(dot(n, add(along(n, mass_a), along(n, mass_b))));
   const F part = L::min(depth, L::set(pass.max_push * pass.substep)) * heavy;
-  shift_flown(pass, block.row_a, mul(along(n, mass_a), none - part));
-  shift_flown(pass, block.row_b, mul(along(n, mass_b), part));
+  const F one = L::set(1.0f);
+  const F fixed_a = L::select(L::less(none, dot(n, along(n, mass_a))), none, one);
+  const F fixed_b = L::select(L::less(none, dot(n, along(n, mass_b))), none, one);
+  shift_flown(pass, block.row_a, mul(along(n, mass_a), none - part), fixed_b);
+  shift_flown(pass, block.row_b, mul(along(n, mass_b), part), fixed_a);
 }
 SKERRY_LANE V along(const V& direction, const V& mass) {
   return {direction.x * mass.x, direction.y * mass.y, direction.z * mass.z};
@@ -369,7 +459,9 @@ SKERRY_LANE F flown_depth(const ContactPass& pass, const ContactBlock<W, P, kFul
   }
   return deepest;
 }
-SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index, const V& by) {
+// `from_fixed`: 1 if the other body does not give way, else 0.
+SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index, const V& by,
+                             const F& from_fixed) {
   alignas(32) float sink[8];
   float* address[W];
   float* base = floats(pass.flown);
@@ -377,6 +469,7 @@ SKERRY_LANE void shift_flown(const ContactPass& pass, const std::uint32_t* index
     address[i] = index[i] - 1 < pass.dynamic_end - 1 ? base + std::size_t{index[i]} * 8 : sink;
   F t[4];
   L::gather(base, 8, index, t);
-  const F moved[4] = {t[0] + by.x, t[1] + by.y, t[2] + by.z, t[3]};
+  const F fallen = t[3] + from_fixed * dot(gather_acceleration(pass, index), by);
+  const F moved[4] = {t[0] + by.x, t[1] + by.y, t[2] + by.z, fallen};
   L::scatter(moved, address);
 }

@@ -308,6 +308,9 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
       store(L::load(input.angular_b[k]), block.full.angular_b[k]);
     }
     store(L::load(input.touch), block.full.touch);
+    for (int i = 0; i < P; ++i) store(L::load(input.gap[i]), block.full.gap[i]);
+    store(L::load(input.slowest), block.full.slowest);
+    store(material[1], block.full.restitution);
     store(none, block.full.bounced);
   }
   Velocity a, b;
@@ -341,7 +344,8 @@ SKERRY_LANE bool prepare_impulses(const ContactPass& pass, const LaneInput& inpu
     fastest = L::max(fastest, square);
     if constexpr (kFull) {
       const F e = material[1];
-      const M bounces = L::less(threshold * threshold, square);
+      const F slowest = load(block.full.slowest);
+      const M bounces = L::less(slowest * slowest, square);
       store(L::select(bounces, (e * e) * square, none), block.full.bounce[i]);
       bounce = L::max(bounce, load(block.full.bounce[i]));
       store(none, block.full.max_impulse[i]);

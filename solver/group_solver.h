@@ -127,6 +127,7 @@ class GroupSolver final : public jobs::PhaseProgram {
   void gather_kinematic(std::uint32_t row);
   float damping_factor(double damping) const;
   void finish_rows(std::uint32_t begin, std::uint32_t end);
+  void move_unpushed(std::uint32_t row);
   void finish_body(std::uint32_t row);
   void finish_jointed(std::uint32_t row);
   void go_by_substeps(std::uint32_t row, const Vec3& linear, const Vec3& spin,
@@ -140,6 +141,7 @@ class GroupSolver final : public jobs::PhaseProgram {
                   bool impact) const;
   void fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t contact) const;
   void fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact, bool impact) const;
+  float gap_at_touch(std::uint32_t contact, std::uint32_t point) const;
   void fill_side(LaneInput& input, bool is_b, std::uint32_t lane, std::uint32_t row,
                  double time) const;
   void store_chunk(const Chunk& chunk);

@@ -164,7 +164,7 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
       if (balance_.is_idle() || balance_.shift(row).isZero(0)) {
         watch.finish(FastFlight::free);
       } else {
-        group_.step->bodies->pose[group_.body[row]].center += balance_.shift(row);
+        move_unpushed(row);
         watch.finish(FastFlight::pushed, 0);
       }
     } else {
@@ -180,6 +180,19 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
       watch.finish(from_rows ? FastFlight::joined : FastFlight::pushed, balance_.time_of_turn(row));
     }
   }
+}
+
+// Of a body that parting has moved though nothing pushed it.
+void GroupSolver::move_unpushed(std::uint32_t row) {
+  const BodyIndex index = group_.body[row];
+  Bodies& bodies = *group_.step->bodies;
+  BodyPose& pose = bodies.pose[index];
+  BodyMotion& motion = bodies.motion[index];
+  pose.center += balance_.shift(row);
+  if (!impacts_.timed()) return;
+  impacts_.pay_for_parting(row, pose.orientation, motion);
+  motion.angular = angular_velocity(bodies.mass[index], bodies.flags[index], pose.orientation,
+                                    motion.angular_momentum);
 }
 
 // Where the substeps have brought a body that has these velocities after the step, m/s and rad/s.
@@ -241,6 +254,8 @@ void GroupSolver::finish_body(std::uint32_t row) {
     if (impact < 0 && balance_.time_of_turn(row) >= 0)
       next.orientation = impacts_.pose_after(row, balance_.time_of_turn(row)).orientation;
     next.center += balance_.shift(row);
+    if (impacts_.timed() && !outlook.from_rows)
+      impacts_.pay_for_parting(row, next.orientation, after);
   }
   after.angular = outlook.from_rows
                       ? spin

@@ -83,6 +83,14 @@ void GroupSolver::fill_lane(LaneInput& input, std::uint32_t lane, std::uint32_t 
   }
 }
 
+// m, of a point at the time of the manifold's geometry.
+float GroupSolver::gap_at_touch(std::uint32_t contact, std::uint32_t point) const {
+  const Manifold& manifold = group_.manifold(contact);
+  return manifold.touch_time > 0
+             ? group_.step->contacts->touch_gaps[group_.contacts[contact].manifold][point]
+             : manifold.points[point].separation;
+}
+
 // `impact`: for an impact among several bodies, at the time of those; else as the manifold is.
 void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t contact,
                             bool impact) const {
@@ -94,6 +102,10 @@ void GroupSolver::fill_full(LaneInput& input, std::uint32_t lane, std::uint32_t 
   input.touch[lane] =
       free && (time > 0 || impacts_.touches(contact)) ? core::rounded_to_float(time) : -1;
   input.held[lane] = free ? 0.0f : 1.0f;
+  const float slowest = pass_.restitution_threshold;
+  input.slowest[lane] =
+      free ? core::slowest_bounce(slowest, group_.manifold(contact).restitution) : slowest;
+  for (std::uint32_t k = 0; k < 4; ++k) input.gap[k][lane] = padding ? 0 : gap_at_touch(contact, k);
   Vec3 shift = Vec3::Zero();
   if (impact && free) {
     const double then = impacts_.time_of_impacts(contact);

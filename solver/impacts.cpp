@@ -1,6 +1,7 @@
 #include "solver/impacts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/growth.h"
 #include "core/rounding.h"
@@ -15,7 +16,7 @@ using namespace core;
 
 constexpr float kTouch = 1e-5f;  // m: a smaller gap counts as none where bodies bounce
 constexpr double kSlow = 8;      // what gravity gives in so many steps is slow for an impact
-constexpr float kDeep = 1e-3f;   // m: what overlaps by more is pushed apart before it flies
+constexpr double kDeep = 1e-3;   // m: what overlaps by more is pushed apart before it flies
 
 // m: of the point that is nearest to touching.
 float gap_of(const Manifold& manifold) {
@@ -51,16 +52,26 @@ void Impacts::begin(GroupData& group, bool may_bounce) {
 // Bodies under a force that contacts withstood in the last step, or that overlap with others and come on no
 // faster than forces make them: substeps move them, and their contacts have no time of their own.
 void Impacts::find_held() {
-  const StepContext& step = *group_->step;
-  const auto slow = core::rounded_to_float(kSlow * step.settings->gravity.norm() * step.dt);
-  for (std::uint32_t i = 0; i < group_->contact_count; ++i) {
-    const Manifold& manifold = group_->manifold(i);
-    const std::uint32_t a = group_->row_a[i], b = group_->row_b[i];
-    const float* n = manifold.normal_impulse;
-    const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
-    const bool pressed = gap_of(manifold) < -kDeep && manifold.approach_speed < slow;
-    if ((pushed || pressed) && (is_forced(a) || is_forced(b))) held_[a] = held_[b] = 1;
+  std::uint32_t contact = 0;
+  for (std::uint32_t i = 0; i < group_->islands.count; ++i) {
+    const std::uint32_t count = group_->island(i).contact_count;
+    for (const std::uint32_t end = contact + count; contact < end; ++contact) {
+      const Manifold& manifold = group_->manifold(contact);
+      const std::uint32_t a = group_->row_a[contact], b = group_->row_b[contact];
+      const float* n = manifold.normal_impulse;
+      const bool pushed = (n[0] + n[1]) + (n[2] + n[3]) > 0;
+      if ((pushed || is_pressed(manifold, count == 1)) && (is_forced(a) || is_forced(b)))
+        held_[a] = held_[b] = 1;
+    }
   }
+}
+
+// `alone`: no other contact is near; then it is not if its bounce leads out of the overlap.
+bool Impacts::is_pressed(const Manifold& manifold, bool alone) const {
+  const double depth = -double(gap_of(manifold)), speed = double(manifold.approach_speed);
+  const double dt = group_->step->dt, gained = group_->step->settings->gravity.norm() * dt;
+  if (depth <= kDeep || speed >= kSlow * gained) return false;
+  return !alone || (double(manifold.restitution) * speed - 0.5 * gained) * dt <= depth;
 }
 
 bool Impacts::is_forced(std::uint32_t row) const {
@@ -79,7 +90,8 @@ float Impacts::first_impact(std::uint32_t begin, std::uint32_t end) const {
   bool any = false;
   for (std::uint32_t i = begin; i < end; ++i) {
     const Manifold& manifold = group_->manifold(i);
-    const bool fast = manifold.approach_speed > threshold;
+    const bool fast =
+        manifold.approach_speed > core::slowest_bounce(threshold, manifold.restitution);
     if (!(manifold.restitution > 0) || !(fast || manifold.touch_time > 0)) continue;
     const float gap = std::max(gap_of(manifold), 0.0f);
     const float time =
@@ -140,13 +152,21 @@ double Impacts::time_of_impacts(std::uint32_t contact) const {
   return double(impact_time_[a - 1 < group_->body_count ? a : group_->row_b[contact]]);
 }
 
+// Whether a struck body that bears no load is kept by the substeps where it touched. It has the same height after
+// the impact as before, and so it has the same speed if the impact comes halfway through the rest of the step.
+bool Impacts::stays(std::uint32_t row) const {
+  return held_[row] != 0 && group_->velocity[row].pushes < kBearing && !group_->joined &&
+         !group_->outlook[row].from_rows && group_->mass[row].lock_flags == 0;
+}
+
 void Impacts::rebalance(std::uint32_t begin, std::uint32_t end) {
   for (std::uint32_t row = begin; row < end; ++row) {
     VelocityRow& velocity = group_->velocity[row];
-    if (!(velocity.struck > 0) || !flies(row)) continue;
+    if (!(velocity.struck > 0) || !(flies(row) || stays(row))) continue;
     const BodyIndex body = group_->body[row];
     const BodyMotion& motion = group_->step->bodies->motion[body];
-    const auto time = double(impact_time_[row]);
+    auto time = double(impact_time_[row]);
+    if (!flies(row)) time = 0.5 * (time + group_->step->dt);
     velocity.linear = to_float(Vec3(motion.linear + (group_->outlook[row].linear - motion.linear) *
                                                         (time / group_->step->dt)));
     velocity.angular = spin_after(row, time).angular;
@@ -185,6 +205,30 @@ BodyPose Impacts::pose_after(std::uint32_t row, double time) const {
 
 Vec3 Impacts::parted(std::uint32_t row) const {
   return to_double(flown_[row].translation) - to_double(flown_from_[row]);
+}
+
+// A fixed body that stops a flight early lifts what would have fallen on: the speed along the force is that
+// of the place where it stopped. What this cannot pay, all else that moves does. Two that part keep their common
+// centre of mass, and thus their energy.
+void Impacts::pay_for_parting(std::uint32_t row, const Quat& orientation,
+                              BodyMotion& motion) const {
+  const auto fallen = double(flown_[row].fallen);
+  if (fallen == 0) return;
+  const BodyIndex body = group_->body[row];
+  const Vec3 force = group_->outlook[row].linear - group_->step->bodies->motion[body].linear;
+  const Vec3 along = force.normalized();
+  const double before = motion.linear.dot(along), squared = before * before + 2 * fallen;
+  const double after = std::copysign(std::sqrt(std::max(0.0, squared)), before);
+  motion.linear += (after - before) * along;
+  if (squared >= 0) return;
+  const BodyMass& mass = group_->step->bodies->mass[body];
+  const Mat3 inverse = inv_inertia_w(mass, orientation, group_->step->bodies->flags[body]);
+  const double turning = motion.angular_momentum.dot(inverse * motion.angular_momentum);
+  const double moving = motion.linear.squaredNorm() + mass.inv_mass * turning;
+  if (!(moving > 0)) return;
+  const double part = std::sqrt(std::max(0.0, 1 + squared / moving));
+  motion.linear *= part;
+  motion.angular_momentum *= part;
 }
 
 }  // namespace skerry::solver

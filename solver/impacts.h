@@ -42,7 +42,7 @@ class Impacts {
   // s: when all that contacts gave to the body in this step was given; negative: over the step.
   double time_of_impact(std::uint32_t row) const;
 
-  // Struck bodies fly freely to the impacts of their island.
+  // Struck bodies fly freely to the impacts of their island, or stay where they are for half of what follows.
   void rebalance(std::uint32_t begin, std::uint32_t end);
   // After contacts are booked: where bodies come that fly to their impacts and on.
   void fly(std::uint32_t begin, std::uint32_t end);
@@ -51,10 +51,14 @@ class Impacts {
   core::BodyPose pose_after(std::uint32_t row, double time) const;
   // m: how far the body has been moved away from others that it would have flown into.
   Vec3 parted(std::uint32_t row) const;
+  // Takes from what the body moves at what that gave to it. `orientation`: after the step.
+  void pay_for_parting(std::uint32_t row, const Quat& orientation, core::BodyMotion& motion) const;
 
  private:
   void find_held();
+  bool is_pressed(const core::Manifold& manifold, bool alone) const;
   bool is_forced(std::uint32_t row) const;
+  bool stays(std::uint32_t row) const;
   float first_impact(std::uint32_t begin, std::uint32_t end) const;
   Vec3 torque_on(std::uint32_t row) const;
 

@@ -82,8 +82,9 @@ struct SolverSettings {
   double contact_hertz = 200;  // stiffness of soft contacts, capped at 0.175 of the substep rate:
                                // 42 Hz at 1/60 s in 4 substeps
   double contact_damping_ratio = 14;
-  double max_push_velocity = 3;        // m/s: fastest recovery from penetration
-  double restitution_threshold = 0.2;  // m/s: slower impacts do not bounce
+  double max_push_velocity = 3;  // m/s: fastest recovery from penetration
+  double restitution_threshold =
+      0.2;  // m/s: slower impacts do not bounce, but for elastic ones in flight
   double joint_hertz = 60;
   double joint_damping_ratio = 2;
 };

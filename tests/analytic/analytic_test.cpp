@@ -121,6 +121,106 @@ TEST_P(BothSteps, what_lands_flat_bounces_without_turning) {
   }
 }
 
+// Whatever edge or corner comes down next, and far from the origin of the ground.
+TEST_P(BothSteps, what_tumbles_over_an_elastic_floor_keeps_its_energy) {
+  const Shape shapes[] = {
+      Box{.half_extents = {0.3, 0.4, 0.5}},
+      Cylinder{.radius = 0.3, .half_height = 0.5},
+      Cylinder{.radius = 0.5, .half_height = 0.1},
+      Cone{.radius = 0.3, .half_height = 0.5},
+      Capsule{.radius = 0.3, .half_height = 0.5},
+      Ellipsoid{.semi_axes = {0.3, 0.4, 0.5}},
+      ConvexHull{.points = {{0.5, -0.3, -0.3}, {-0.5, -0.3, -0.3}, {0, -0.3, 0.6}, {0, 0.6, 0}}}};
+  for (const Shape& shape : shapes) {
+    for (int i = 0; i < 3; ++i) {
+      World world;
+      add_floor(world, 0, 1);
+      const Vec3 axis = Vec3(std::sin(2.0 * i + 1), std::sin(3.0 * i), std::sin(5.0 * i + 2));
+      world.add_body({.shapes = {shape},
+                      .position = {0, 2, 0},
+                      .orientation = Quat(Eigen::AngleAxisd(1.0 + i, axis.normalized())),
+                      .linear_velocity = {0.8, 0, -0.5},
+                      .angular_velocity = axis,
+                      .friction = 0,
+                      .restitution = 1});
+      const auto energy = [&world] {
+        const Measures m = world.measure();
+        return m.kinetic_energy + m.potential_energy;
+      };
+      const double before = energy();
+      run(world, 20);
+      const double part = dt() < 0.01 ? 5e-5 : 5e-3;
+      EXPECT_NEAR(energy(), before, part * before) << shape.geometry.index() << ", " << i;
+    }
+  }
+}
+
+// No speed is too low for a bounce without a loss; with one the settings say where bounces end.
+TEST_P(BothSteps, slow_elastic_bounces_go_on) {
+  for (const double height : {1e-3, 1e-2}) {
+    World world;
+    add_floor(world, 0, 1);
+    const BodyId ball = add_sphere(world, {0, 0.5 + height, 0}, 0.5, 0, 1);
+    run(world, 5);
+    const double v = world.linear_velocity(ball).y();
+    EXPECT_NEAR(0.5 * v * v + kG * (world.pose(ball).position.y() - 0.5), kG * height,
+                0.01 * kG * height)
+        << height;
+  }
+  for (const double e : {0.5, 1.0}) {
+    World world({.gravity = {0, 0, 0}});
+    const auto ball = [&](double side) {
+      return world.add_body({.shapes = {Sphere{.radius = 0.1}},
+                             .position = {0.11 * side, 0, 0},
+                             .linear_velocity = {-0.02 * side, 0, 0},
+                             .restitution = e});
+    };
+    ball(-1);
+    const BodyId right = ball(1);
+    run(world, 1);
+    EXPECT_NEAR(world.linear_velocity(right).x(), e < 1 ? 0 : 0.02, 1e-6) << e;
+  }
+}
+
+// Whatever of it hangs together at times.
+TEST_P(BothSteps, an_elastic_column_that_falls_gains_no_energy) {
+  for (const bool box : {false, true}) {
+    for (const double gap : {1e-3, 1e-2, 5e-2}) {
+      World world;
+      add_floor(world, 0.6, 1);
+      for (int i = 0; i < 6; ++i) {
+        world.add_body({.shapes = {box ? Shape(Box{}) : Shape(Sphere{})},
+                        .position = {0, 0.5 + gap + (1 + gap) * i, 0},
+                        .restitution = 1});
+      }
+      const auto energy = [&world] {
+        const Measures m = world.measure();
+        return m.kinetic_energy + m.potential_energy;
+      };
+      const double before = energy();
+      for (int n = steps(10); n > 0; --n) {
+        world.step(dt());
+        ASSERT_LT(energy(), 1.002 * before) << (box ? "boxes, " : "balls, ") << gap;
+      }
+    }
+  }
+}
+
+TEST_P(BothSteps, an_elastic_stack_that_rests_goes_on_resting) {
+  World world;
+  add_floor(world, 0.6, 1);
+  BodyId top;
+  for (int i = 0; i < 6; ++i) {
+    top = world.add_body({.shapes = {Box{.half_extents = {0.5, 0.5, 0.5}}},
+                          .position = {0, 0.5 + i, 0},
+                          .restitution = 1,
+                          .allow_sleep = false});
+  }
+  run(world, 5);
+  EXPECT_LT((world.pose(top).position - Vec3(0, 5.5, 0)).norm(), 1e-5);
+  EXPECT_LT(world.measure().kinetic_energy, 1e-3);
+}
+
 // The whole push of a bounce, 1 + e times the approach, rubs.
 TEST_P(BothSteps, a_ball_that_bounces_aslant_is_slowed_by_friction_on_the_whole_push) {
   for (const double e : {0.0, 0.5, 1.0}) {

@@ -35,8 +35,9 @@ TEST(AccuracyTasks, balls_that_fall_apart_do_not_overlap) {
 }
 
 TEST(AccuracyTasks, an_elastic_cube_of_balls_keeps_its_energy) {
-  EXPECT_LT(error_of("sim_666_elastic", 1e-2), 6.6);  // RaiSim
-  EXPECT_LT(error_of("sim_666_elastic", 4e-3), 2.7);  // Bullet
+  EXPECT_LT(error_of("sim_666_elastic", 1e-2), 6.6);    // RaiSim
+  EXPECT_LT(error_of("sim_666_elastic", 4e-3), 0.01);   // RaiSim 0.047
+  EXPECT_LT(error_of("sim_666_elastic", 1e-3), 0.004);  // RaiSim 0.0084
 }
 
 TEST(AccuracyTasks, a_free_box_keeps_its_angular_momentum) {

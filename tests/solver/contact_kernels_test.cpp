@@ -332,6 +332,9 @@ class Run {
     // Untimed, from the start of the step, and later.
     input.touch[lane] =
         contact->row_a % 3 == 0 ? -1 : 0.002f * static_cast<float>(contact->row_a % 3 - 1);
+    for (std::uint32_t k = 0; k < 4; ++k)
+      input.gap[k][lane] = 0.004f * static_cast<float>((contact->row_b + k) % 4);
+    input.slowest[lane] = contact->row_b % 2 == 0 ? 0.5f : 0.1f;
     for (std::uint32_t k = 0; k < 3; ++k) input.shift[k][lane] = 0.01f * offset[k];
     input.held[lane] = contact->row_b % 2 == 0 ? 1 : 0;
   }
