@@ -211,12 +211,12 @@ void expect_momenta_kept(const CloudDesc& cloud, double dt, double duration) {
   std::uint64_t touched = 0;
   for (int n = 0; n * dt < duration; ++n) {
     const Measures m = world.step(dt).measures;
-    touched += m.contacts.law.manifolds;
+    touched += m.contact_points;
     most_gained = std::max(most_gained, (m.kinetic_energy - energy) / energy);
     energy = m.kinetic_energy;
   }
   const Measures end = world.measure();
-  EXPECT_GT(touched, cloud.restitution < 0.9 ? 1000u : 0u);
+  EXPECT_GT(touched, 1000u);
   EXPECT_LT((vector(end.momentum) - p0).norm(), 1e-12 * p0.norm());
   EXPECT_LT((vector(end.angular_momentum) - l0).norm(), 1e-4 * l0.norm());
   EXPECT_LE(most_gained, 1e-12);
