@@ -182,7 +182,7 @@ void GroupSolver::finish_rows(std::uint32_t begin, std::uint32_t end) {
   }
 }
 
-// Of a body that parting has moved though nothing pushed it.
+// Of a body that parting or the balance has moved though nothing pushed it.
 void GroupSolver::move_unpushed(std::uint32_t row) {
   const BodyIndex index = group_.body[row];
   Bodies& bodies = *group_.step->bodies;

@@ -51,7 +51,7 @@ class Impacts {
   core::BodyPose pose_after(std::uint32_t row, double time) const;
   // m: how far the body has been moved away from others that it would have flown into.
   Vec3 parted(std::uint32_t row) const;
-  // Takes from what the body moves at what that gave to it. `orientation`: after the step.
+  // Takes the energy that parting gave to a body from its motion. `orientation`: after the step.
   void pay_for_parting(std::uint32_t row, const Quat& orientation, core::BodyMotion& motion) const;
 
  private:

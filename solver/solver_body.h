@@ -12,16 +12,16 @@ namespace skerry::solver {
 inline constexpr float kBearing = 1e9f;
 struct alignas(32) VelocityRow {
   core::V3f linear;  // m/s
-  float
-      pushes;  // after the substeps: contacts that push it; kBearing once one of them bears a load
+  // After the substeps: contacts that push it; kBearing once one of them bears a load.
+  float pushes;
   core::V3f angular;  // rad/s, world
   float struck;       // after the substeps: above 0 if an impact among several bodies reaches it
 };
 // Motion since the start of the step.
 struct alignas(32) DeltaRow {
   core::V3f translation;  // m, of the centre of mass
-  float
-      fallen;  // J/kg: of ContactPass::flown, what external forces gave over what fixed bodies moved it by
+  // J/kg: of ContactPass::flown, what external forces gave over what fixed bodies moved it by.
+  float fallen;
   core::Q4f rotation;  // q_now = rotation * q_start
 };
 struct alignas(32) MassRow {

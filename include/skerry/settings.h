@@ -83,8 +83,8 @@ struct SolverSettings {
                                // 42 Hz at 1/60 s in 4 substeps
   double contact_damping_ratio = 14;
   double max_push_velocity = 3;  // m/s: fastest recovery from penetration
-  double restitution_threshold =
-      0.2;  // m/s: slower impacts do not bounce, but for elastic ones in flight
+  // m/s: slower impacts do not bounce. Of bodies in flight with a restitution e above 0.5: 2 (1 - e) times it.
+  double restitution_threshold = 0.2;
   double joint_hertz = 60;
   double joint_damping_ratio = 2;
 };

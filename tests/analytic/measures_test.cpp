@@ -172,12 +172,12 @@ TEST(Measures, contacts_of_a_pile_keep_their_law) {
   EXPECT_LT(mean.friction_mean, 0.05);
 }
 
-// Five hundred bodies that meet in empty space, every fifth with these locks.
 struct CloudDesc {
   double friction = 0.5, restitution = 0.5;
   AxisLocks locks = {};  // of every fifth
 };
 
+// Five hundred bodies that meet in empty space.
 std::vector<BodyId> add_cloud(World& world, const CloudDesc& cloud = {}) {
   std::vector<BodyId> bodies;
   for (int i = 0; i < 500; ++i) {
